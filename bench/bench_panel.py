@@ -92,7 +92,7 @@ def show(*values, **more):
 
 def path_ahead(folder):
     """Computing times of reading a program of MOVES moves and of following the tool on it."""
-    from chipwise.panel import ahead, path_ahead
+    from chipwise.panel import look_ahead, path_window as path_ahead
     program = folder / 'path.ngc'
     with program.open('w') as file:
         file.write('G21 G90\nT1 M6\nF2000\nG0 X0 Y0 Z5\n')
@@ -101,7 +101,7 @@ def path_ahead(folder):
             file.write(f'G1 X{50 + radius * math.cos(angle):.3f} Y{40 + radius * math.sin(angle):.3f} Z{-5e-6 * k:.4f}\n')
         file.write('M2\n')
     scene = {'program': str(program), 'index': 1, 'offset': [0.0] * 3, 'g92': [0.0] * 3, 'turn': 0.0, 'tool': 1, 'codes': 'G21 G17 G90 G91.1', 'block_delete': False}
-    reading, most = ahead.Reading({'ini': str(ROOT / 'configs/mill.ini'), 'program': str(program), 'scene': scene, 'tip': [0.0, 0.0, 5.0]}), {}
+    reading, most = look_ahead.Reading({'ini': str(ROOT / 'configs/mill.ini'), 'program': str(program), 'scene': scene, 'tip': [0.0, 0.0, 5.0]}), {}
     while reading.found is None:
         for pid in [reading._child.pid, *processes.descendants(reading._child.pid)]:
             try:

@@ -20,7 +20,8 @@ import numpy as np
 
 import roots                                                # noqa: F401
 from chipwise.program.reader import Machine
-from chipwise.rewrite import cutting, shift
+from chipwise.rewrite import sections
+from chipwise.rewrite import shift
 from chipwise.rewrite.program import read
 from chipwise.tool_data.geometry import load_tools
 from rows import row
@@ -39,12 +40,12 @@ def left_at_the_wall(shape):
 def least(program, geometry):
     """mm of feed that has to be added at least: (flutes' length a level, less the round of the edge after the first, with arcs at their ends)."""
     total = np.zeros(3)
-    for section, stock in cutting.in_stock(program, cutting.sections(program, geometry), CELL):
+    for section, stock in sections.in_stock(program, sections.sections(program, geometry), CELL):
         first, end = section.first, section.end
-        points, owner = cutting.pieces(np.concatenate((program.start(first)[None], program.end[first:end])), 1.0)
+        points, owner = sections.pieces(np.concatenate((program.start(first)[None], program.end[first:end])), 1.0)
         met = stock.cut(section.tool.shape, points[0], points[1:])
         length = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
-        deep = (program.kind[first:end][owner] != 0) & (met["depth"] > cutting.finite_room(section.tool.flute_length) + 0.005)
+        deep = (program.kind[first:end][owner] != 0) & (met["depth"] > sections.finite_room(section.tool.flute_length) + 0.005)
         if deep.any():
             flute = section.tool.flute_length
             more = met["depth"][deep] - 0.005 - flute

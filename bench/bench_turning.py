@@ -20,9 +20,10 @@ import time
 
 import roots  # noqa: F401  sys.path
 from chipwise.errors import CycleError
-from chipwise.turning import kept, nc, reach, rest
+from chipwise.turning import resume, stock_file
+from chipwise.turning import nc, reach
 from chipwise.turning.blocks import feed_of
-from chipwise.turning.graph import at, flat
+from chipwise.turning.profile_function import at, flat
 from chipwise.turning.plan import total_length
 from chipwise.turning.times import seconds
 from rows import row
@@ -189,8 +190,8 @@ def long_profiles(seed, folder):
         spent = min(times)
         found, _, _ = judge(program, 1.0, case, machine.tools)
         rows.append(row(f"turning: whole plan of {count} elements", spent, "s", f"computing time, the least of {REPEATS}; gouge {max(found['gouge'], 0.0):.2g} mm", target))
-        began, stages = time.process_time(), rest.stages(plan).stages
-        kept.write(str(folder / "turning.stock"), kept.key_of(plan.order, "part.ngc", (0.0, 0.0)), stages)
+        began, stages = time.process_time(), resume.stages(plan).stages
+        stock_file.write(str(folder / "turning.stock"), stock_file.key_of(plan.order, "part.ngc", (0.0, 0.0)), stages)
         rows.append(row(f"turning: file of the stock, {count} elements", time.process_time() - began, "s",
                         f"{len(stages)} stages, {(folder / 'turning.stock').stat().st_size} bytes"))
         rough = [s for s in plan.steps if s.name == "rough outside"]

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* depth_proof.h - whether moves cut deeper than their limits, proved: no contact is lost between needles.
  *
- * Who calls it: remap/chipwise/rewrite/depths.py, through the shared library. Never in realtime.
+ * Who calls it: remap/chipwise/rewrite/depth_proof.py, through the shared library. Never in realtime.
  * Source: CN105492980 [0045] (the stock as the path leaves it); the division into squares is branch and bound.
  *
  * Principle:

@@ -11,7 +11,7 @@ from chipwise.program import program_code
 from chipwise.contour_sub.job import Job
 from chipwise.contour_sub.read import read_shape
 from chipwise.errors import CycleError
-from chipwise.panel import ahead_process
+from chipwise.panel import look_ahead_process
 from chipwise.pattern.job import PatternJob
 from chipwise.pattern.run import read_pattern
 from support import ROOT, canon
@@ -154,7 +154,7 @@ def test_the_filter_gives_no_such_program_to_the_screen(folder, broken):
 def test_the_reader_of_the_panel(folder, machine):
     (folder / "part.ngc").write_text(text_of(RUNS["parentheses"], folder))
     scene = {"index": 1, "offset": [0.0] * 3, "turn": 0.0, "g92": [0.0] * 3, "tool": 0, "block_delete": False, "codes": ""}
-    head, path = ahead_process.read({"ini": str(machine), "program": str(folder / "part.ngc"), "scene": scene, "tip": (0, 0, 0)}, str(folder))
+    head, path = look_ahead_process.read({"ini": str(machine), "program": str(folder / "part.ngc"), "scene": scene, "tip": (0, 0, 0)}, str(folder))
     assert "runs Python" in head["note"] and head["line"] == LINE and path is None and not (folder / MARK).exists()
 
 

@@ -7,7 +7,8 @@ import random
 import numpy as np
 import pytest
 
-from chipwise.check import answer, doubts
+from chipwise.check import extra_needles
+from chipwise.check import answer
 from chipwise.program.reader import Machine
 from chipwise.clib.height_map import HeightMap
 from chipwise.clib import layout
@@ -66,7 +67,7 @@ def test_a_contact_between_needles(case, tmp_path):
 
 def test_without_needles_of_its_own_it_is_judged_too_low(tmp_path, monkeypatch):
     """Sabotage: some contacts of these programs are then no findings."""
-    monkeypatch.setattr(doubts, "needles", lambda *_: {})
+    monkeypatch.setattr(extra_needles, "needles", lambda *_: {})
     assert not all(flutes_of(judged(rising(seed, LATE), tmp_path)) for seed in range(6))
 
 
@@ -95,15 +96,15 @@ def test_which_moves_are_in_doubt():
     start = np.array([[0, 0, -9.0], [1, 0, -8.5], [2, 0, -8.0], [3, 0, -7.0], [4, 0, -7.0]])
     end = np.array([[1, 0, -8.5], [2, 0, -8.0], [3, 0, -7.0], [4, 0, -7.0], [5, 0, -8.0]])
     cuts = np.array([True, True, True, True, True])
-    found = doubts.doubtful(start, end, cuts, np.array([9.0, 9.2, 8.4, 9.9, 9.9]), 10.0)
+    found = extra_needles.doubtful(start, end, cuts, np.array([9.0, 9.2, 8.4, 9.9, 9.9]), 10.0)
     assert found.tolist() == [[0, 0, 2, 0, pytest.approx(10.2)]]        # not: within it anyhow, level, down
-    assert len(doubts.doubtful(start, end, ~cuts, np.full(5, 9.9), 10.0)) == 0
-    assert len(doubts.doubtful(start, end, cuts, np.full(5, 10.1), 10.0)) == 0       # too deep as judged
+    assert len(extra_needles.doubtful(start, end, ~cuts, np.full(5, 9.9), 10.0)) == 0
+    assert len(extra_needles.doubtful(start, end, cuts, np.full(5, 10.1), 10.0)) == 0       # too deep as judged
 
 
 def test_places_are_in_the_part_that_is_new():
     rows = np.array([[0.0, 0.0, 0.3, 0.1, 11.0]])
-    found = doubts.places(rows, 3.0, 0.02)
+    found = extra_needles.places(rows, 3.0, 0.02)
     across = found @ np.array([-0.1, 0.3]) / math.hypot(0.3, 0.1)
     assert np.hypot(*found.T).min() >= 3 - 0.05 and np.abs(across).max() <= 3.0
     new = 6 * math.hypot(0.3, 0.1) + math.pi * 3 * 0.04         # and a narrow ring of what is not
@@ -112,12 +113,12 @@ def test_places_are_in_the_part_that_is_new():
 
 def test_needles_are_few_where_the_program_is_long():
     rows = np.array([[0.0, 0.0, 0.3, 0.1, 11.0]])
-    few, many = (len(doubts.needles({0: [(3.0, rows)]}, segments, 0.25)[0]) for segments in (2_000_000, 100))
+    few, many = (len(extra_needles.needles({0: [(3.0, rows)]}, segments, 0.25)[0]) for segments in (2_000_000, 100))
     assert few < 1500 < many
-    assert not doubts.needles({0: [(3.0, np.repeat(rows, 5000, axis=0))]}, 2_000_000, 0.25)
-    assert not doubts.needles({}, 100, 0.25)
-    wide, = doubts.needles({0: [(60.0, rows)]}, 100, 0.25).values()
-    assert 100 < len(wide) < doubts.MOST
+    assert not extra_needles.needles({0: [(3.0, np.repeat(rows, 5000, axis=0))]}, 2_000_000, 0.25)
+    assert not extra_needles.needles({}, 100, 0.25)
+    wide, = extra_needles.needles({0: [(60.0, rows)]}, 100, 0.25).values()
+    assert 100 < len(wide) < extra_needles.MOST
 
 
 # ---- figures ---------------------------------------------------------------------------------------------------------
@@ -144,10 +145,10 @@ def near_the_flutes(seed):
 
 def both(text, folder, corner, monkeypatch, cell=None):
     """(Result, the same without a second pass, whether there was one)."""
-    made, needles = [], doubts.needles
-    monkeypatch.setattr(doubts, "needles", lambda *arguments: made.append(needles(*arguments)) or made[-1])
+    made, needles = [], extra_needles.needles
+    monkeypatch.setattr(extra_needles, "needles", lambda *arguments: made.append(needles(*arguments)) or made[-1])
     result = judged(text, folder, LONG, corner, cell)
-    monkeypatch.setattr(doubts, "needles", lambda *_: {})
+    monkeypatch.setattr(extra_needles, "needles", lambda *_: {})
     plain = judged(text, folder, LONG, corner, cell)
     monkeypatch.undo()
     return result, plain, any(made)

@@ -11,7 +11,7 @@ from chipwise.geometry.base.arc_sweep import FUZZ, arc_sweep, chord_angle
 from chipwise.geometry.base.contour import ArcElement as Arc, LineElement as Line, make_contour
 from chipwise.geometry.base.elements import lengths
 from chipwise.pattern.isometry import arc_points
-from chipwise.rewrite.along import chords
+from chipwise.rewrite.path_moves import chords
 from chipwise.rewrite.edits import Move
 from chipwise.rewrite.program import Circle
 from chipwise.program.records import ARC

@@ -13,17 +13,17 @@ from chipwise.moves import Line, Rapid
 
 @pytest.fixture
 def turn(monkeypatch):
-    """chipwise.glue.turn with a stand-in for LinuxCNC's module of constants and a clock by hand."""
+    """chipwise.glue.task_share with a stand-in for LinuxCNC's module of constants and a clock by hand."""
     monkeypatch.setitem(sys.modules, "interpreter", types.SimpleNamespace(INTERP_EXECUTE_FINISH=3))
     queued = []
     monkeypatch.setitem(sys.modules, "emccanon", types.SimpleNamespace(DWELL=queued.append))
-    monkeypatch.delitem(sys.modules, "chipwise.glue.turn", raising=False)
-    module = importlib.import_module("chipwise.glue.turn")
+    monkeypatch.delitem(sys.modules, "chipwise.glue.task_share", raising=False)
+    module = importlib.import_module("chipwise.glue.task_share")
     module.clock = 0.0
     module.queued = queued
     monkeypatch.setattr(module.time, "monotonic", lambda: module.clock)
     yield module
-    sys.modules.pop("chipwise.glue.turn", None)
+    sys.modules.pop("chipwise.glue.task_share", None)
 
 
 def interp(task):
@@ -36,7 +36,7 @@ def emitted(module, cycles, task=1):
     for levels, size in cycles:
         moves = [move for level in range(levels) for move in
                  [Rapid(z=5.0), Line(z=-1.0 - level, feed=100.0), *(Line(x=float(k), feed=300.0) for k in range(1, size))]]
-        turn = module.Turn(interp(task))
+        turn = module.TaskShare(interp(task))
         for chunk in gcode_lines.chunks(moves, (0.0, 0.0, 5.0), 1.0):
             if turn.is_over(chunk):
                 assert [3] == list(turn.wait())
@@ -66,7 +66,7 @@ def test_waiting_adds_up_over_cycles(turn):
     """Ten cycles that wait 30 ms each: the task has its turn after the first 0.1 s."""
     yields, waited = 0, 0.0
     for _ in range(10):
-        one = turn.Turn(interp(1))
+        one = turn.TaskShare(interp(1))
         before = one.patience()
         if before < 0.03:
             yields += len(list(one.wait()))
@@ -80,17 +80,17 @@ def test_waiting_adds_up_over_cycles(turn):
 
 def test_a_cycle_that_has_waited_asks_the_planner_shortly(turn):
     """The machine rests then: nothing is lost if the task has its turn soon."""
-    one = turn.Turn(interp(1))
+    one = turn.TaskShare(interp(1))
     assert one.patience() == turn.WAIT_S
     list(one.wait())
     assert one.patience() == turn.AGAIN_S < turn.WAIT_S / 2
-    assert turn.Turn(interp(1)).patience() == turn.WAIT_S       # of the next cycle
+    assert turn.TaskShare(interp(1)).patience() == turn.WAIT_S       # of the next cycle
 
 
 def test_feed_survives_the_wait(turn):
     """LinuxCNC takes feed from the machine after the wait, which may be a ceiling: F is put back."""
     machine = interp(1)
-    wait = turn.Turn(machine).wait()
+    wait = turn.TaskShare(machine).wait()
     next(wait)
     assert turn.queued == [0.0]         # the move before is in the queue
     machine.feed_rate = 3000.0
@@ -99,7 +99,7 @@ def test_feed_survives_the_wait(turn):
 
 def test_the_preview_never_yields(turn):
     assert len(emitted(turn, [(100, 300)], task=0)) == 1
-    assert turn.Turn(interp(0)).patience() == turn.PREVIEW_STEP_S and list(turn.Turn(interp(0)).wait()) == []
+    assert turn.TaskShare(interp(0)).patience() == turn.PREVIEW_STEP_S and list(turn.TaskShare(interp(0)).wait()) == []
 
 
 def test_a_tool_that_linuxcnc_does_not_know(monkeypatch):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""glue/context.py: a run whose first line is not known, because another command came first.  A cycle in it must not keep the task for its whole
+"""glue/program_run.py: a run whose first line is not known, because another command came first.  A cycle in it must not keep the task for its whole
 length once the machine has carried out a move."""
 import importlib
 import sys
@@ -25,7 +25,7 @@ def make_context(monkeypatch, machine):
     monkeypatch.setattr(task, "start_line", lambda: None)
     for name in ("emccanon", "interpreter"):
         monkeypatch.setitem(sys.modules, name, types.SimpleNamespace())
-    context = importlib.import_module("chipwise.glue.context")
+    context = importlib.import_module("chipwise.glue.program_run")
     monkeypatch.setattr(context, "named", types.SimpleNamespace(forget=lambda *a: None, mark=lambda *a: None))
     begun = iter([True] + 99 * [False])
     monkeypatch.setattr(task, "is_new_run", lambda: next(begun))

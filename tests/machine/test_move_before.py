@@ -9,7 +9,7 @@ pytestmark = pytest.mark.machine
 
 MILL = Shared('move before')
 HEAD = f'G21 G90 G17 G64 P0.01\nT1 M6\nS1000 M3\nF3000\n{BOX}\nG0 X-10 Y20 Z5\n'
-# A plan of more than 0.1 s of computing (glue/turn.py: WAIT_S).
+# A plan of more than 0.1 s of computing (glue/task_share.py: WAIT_S).
 LONG = 'O100 sub\nG0 X0 Y0\nG1 X250\nY180\nX0\nY0\nO100 endsub\n'
 
 

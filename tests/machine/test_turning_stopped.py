@@ -5,7 +5,8 @@ import os
 import numpy as np
 import pytest
 
-from chipwise.turning import kept, nc, rest
+from chipwise.turning import resume, stock_file
+from chipwise.turning import nc
 from chipwise.turning.plan import make_plan, total_length
 from chipwise.turning.read_part import Machine, job_of, make_order
 from chipwise.turning.request import read_request
@@ -54,7 +55,7 @@ class Lathe:
         ini = os.path.join(ROOT, "configs", "lathe.ini")
         machine, request = Machine(Ini(ini), load_settings(ini), ini), read_request(PART)
         order = make_order(job_of(str(self.program), request, machine), PART, request, machine)
-        plan = rest.choose(order, "", None).plan if stage is None else make_plan(rest.replace(order, blank=rest.blank_of(stage)))
+        plan = resume.choose(order, "", None).plan if stage is None else make_plan(resume.replace(order, blank=resume.blank_of(stage)))
         text = f"G0 X{HOME[1]} Z{HOME[0]}\n" + nc.program(plan, request, "part")
         return plan, np.array([HOME, *(p for _, _, points in moves(text, 1.0, HOME, 0.02) for p in points)])
 
@@ -84,7 +85,7 @@ def test_an_aborted_part_is_finished(lathe):
     assert any("G26: planned from what the step rough outside has left (line 4)" in text for text in asked)
     assert sum("goes on from there; press Resume if it is in the chuck as it was" in text for text in said) == 2
     assert log[0] == [] and found[-1] == pytest.approx([100.0, 0.0, 100.0], abs=1e-6)
-    stage = kept.read(str(lathe.folder / "kept")).stage
+    stage = stock_file.read(str(lathe.folder / "kept")).stage
     second, path = lathe.plan(stage)
     check_path(log[1], path)
     with pytest.raises(AssertionError):
@@ -116,7 +117,7 @@ def test_a_part_survives_the_end_of_linuxcnc(lathe):
         lathe.operate([*lathe.cut(4), ["kill", "milltask"]])
     except Stopped:
         pass
-    before = kept.read(str(lathe.stock))
+    before = stock_file.read(str(lathe.stock))
     assert before.begun and not before.asked
     found = lathe.operate([*lathe.begun, ["messages", "press Resume"], ["resume"], ["finish"], ["position"]])
     assert found[-2] == [] and found[-1] == pytest.approx([100.0, 0.0, 100.0], abs=1e-6) and not lathe.stock.exists()

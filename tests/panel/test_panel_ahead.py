@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from chipwise.check import in_force
-from chipwise.panel import ahead, ahead_process
+from chipwise.panel import look_ahead, look_ahead_process
 from chipwise.check.drawn_path import Path
 from support import ROOT
 from support.panel_client import follow
@@ -23,7 +23,7 @@ HEAD = "G21 G90\nT1 M6\nS1000 M3\nF600\n"
 def read(tmp_path, text, ini=MM, tip=(0.0, 0.0, 5.0), **changed):
     program = tmp_path / "part.ngc"
     program.write_text(text)
-    return ahead_process.read({"ini": ini, "program": str(program), "scene": scene(program, **changed), "tip": list(tip)}, str(tmp_path))
+    return look_ahead_process.read({"ini": ini, "program": str(program), "scene": scene(program, **changed), "tip": list(tip)}, str(tmp_path))
 
 
 # ---- what is read ------------------------------------------------------------------------------------------------
@@ -85,7 +85,7 @@ def test_files_that_are_no_programs(tmp_path, text):
 
 
 def test_a_loop_without_an_end(tmp_path, monkeypatch):
-    monkeypatch.setattr(ahead_process, "MOST_MOVES", 20_000)
+    monkeypatch.setattr(look_ahead_process, "MOST_MOVES", 20_000)
     head, path = read(tmp_path, HEAD + "G0 X1\no1 while [1]\nG1 X[1+#1]\n#1=[#1+0.01]\no1 endwhile\nM2\n")
     assert head["note"] == "the program makes more than 20000 moves; the picture ends there" and 1000 < len(path.points)
 
@@ -119,7 +119,7 @@ def test_a_page_gets_path_and_contours(tmp_path):
     """The real process and the real server; a killed process leaves a note."""
     program = tmp_path / "part.ngc"
     program.write_text(SQUARE + HEAD + "G0 X0 Y0 Z5\nG78 Q100 P42 Z-4 R1\nM2\n")
-    found = ahead.Ahead(MM)
+    found = look_ahead.Ahead(MM)
     with serving(ahead=found) as rig:
         rig.machine.loaded = scene(program)
         rig.looks()
@@ -144,7 +144,7 @@ def page_of(rig, seconds=0.5):
 def test_close_ends_the_process(tmp_path):
     program = tmp_path / "part.ngc"
     program.write_text(HEAD + "o1 while [1]\no1 endwhile\nM2\n")
-    found = ahead.Ahead(MM)
+    found = look_ahead.Ahead(MM)
     found.look(0.1, scene(program), False, {"tip": (0, 0, 0), "line": 0, "current_vel": 0}, True)
     child = found._reading._child
     found.close()
@@ -157,5 +157,5 @@ def test_close_ends_the_process(tmp_path):
 def test_answers_that_are_no_answers():
     for text in (b"", b"{}", b"not json\n", b'{"points": 3, "step": 0.1}\nabc'):
         with pytest.raises((ValueError, KeyError)):
-            ahead.unpacked(text)
-    assert isinstance(ahead.unpacked(json.dumps({"points": 1, "step": 0.1}).encode() + b"\n" + bytes(12 + 1 + 4 + 4))[1], Path)
+            look_ahead.unpacked(text)
+    assert isinstance(look_ahead.unpacked(json.dumps({"points": 1, "step": 0.1}).encode() + b"\n" + bytes(12 + 1 + 4 + 4))[1], Path)

@@ -7,7 +7,7 @@ import struct
 import numpy as np
 import pytest
 
-from chipwise.panel import ahead
+from chipwise.panel import look_ahead
 from chipwise.check.drawn_path import Thinner
 from support.panel_rig import scene
 
@@ -42,7 +42,7 @@ class Shop:
         Reading.all = []
         self.program = tmp_path / "part.ngc"
         self.program.write_text("G0 X1\n")
-        self.ahead = ahead.Ahead("mill.ini", Reading)
+        self.ahead = look_ahead.Ahead("mill.ini", Reading)
         self.scene = scene(self.program)
         self.pins = {"tip": (0.0, 0.0, 0.0), "line": 0.0, "current_vel": 10.0}
 
@@ -143,7 +143,7 @@ def test_no_process_for_it(tmp_path):
 
     def refuse(_order):
         raise OSError(11, "Resource temporarily unavailable")
-    shop.ahead = ahead.Ahead("mill.ini", refuse)
+    shop.ahead = look_ahead.Ahead("mill.ini", refuse)
     assert shop.look() is None and shop.look(True) is None
     assert shop.ahead.state()["note"] == "it could not be read: Resource temporarily unavailable; open the program again"
 
@@ -189,7 +189,7 @@ def test_windows(tmp_path):
     assert shop.ahead.messages((-1, 0))[1] == (2, 0)
     found, seen = shop.ahead.messages((2, 7))
     (kind, data), = found
-    assert kind == b"A" and struct.unpack_from("<II", data) == (2, 0) and len(data) == 8 + 16 * 2 * ahead.WINDOW and seen == (2, 0)
+    assert kind == b"A" and struct.unpack_from("<II", data) == (2, 0) and len(data) == 8 + 16 * 2 * look_ahead.WINDOW and seen == (2, 0)
     assert shop.ahead.messages(seen) == ([], seen)
     shop.ahead.look(0.1, shop.scene, True, {**shop.pins, "tip": (0.0, 0.0, 0.0)}, True)
     for k in range(30):
@@ -197,4 +197,4 @@ def test_windows(tmp_path):
     assert shop.ahead.state()["from"] == 12_346
     (kind, data), = shop.ahead.messages(seen)[0]
     rows = np.frombuffer(data[8:], "<f4").reshape(-1, 4)
-    assert struct.unpack_from("<II", data) == (2, 10_000) and rows[0].tolist() == [10_000, 0, 0, 0] and len(rows) == 2 * ahead.WINDOW
+    assert struct.unpack_from("<II", data) == (2, 10_000) and rows[0].tolist() == [10_000, 0, 0, 0] and len(rows) == 2 * look_ahead.WINDOW

@@ -131,7 +131,8 @@ def test_what_is_remembered_is_bounded(clock):
 
 def test_a_plan_from_elsewhere_needs_the_token(monkeypatch):
     """127.0.0.2 counts as another computer here."""
-    from chipwise.panel import lines, server
+    from chipwise.panel import entry
+    from chipwise.panel import server
     from support.panel_client import request
     from support.panel_rig import TOKEN, serving
     monkeypatch.setattr(visitors, "is_local", lambda address, _served: address == "127.0.0.2")
@@ -142,7 +143,7 @@ def test_a_plan_from_elsewhere_needs_the_token(monkeypatch):
         asked.append(order["do"])
         return {"line": "M252", "unit": "mm", "svg": "", "figures": [], "messages": [], "refused": "", "state": {}}
     for token in (TOKEN, ""):
-        with serving(token, lines=lines.Lines(str(ROOT / "configs/mill.ini"), ask)) as rig:
+        with serving(token, lines=entry.Lines(str(ROOT / "configs/mill.ini"), ask)) as rig:
             def plan(**headers):
                 return request(rig.url, "/plan", "POST", b'{"code": "M252", "text": "", "mode": "light"}', Origin=rig.url, **headers)[::2]
             for headers in ({}, {"X_Chipwise_Token": "wrong"}):

@@ -11,7 +11,8 @@ import pytest
 from chipwise import entry
 from chipwise.errors import CycleError
 from chipwise.entry import mdi
-from chipwise.panel import line_process, lines, server
+from chipwise.panel import entry as lines, entry_process
+from chipwise.panel import server
 from support import ROOT
 from support.panel_client import request
 from support.panel_rig import TOKEN, serving
@@ -38,7 +39,7 @@ class Mdi:
 
     def ask(self, order):
         self.orders += 1
-        return json.loads(json.dumps(line_process.answer(json.loads(json.dumps(order)), self)))
+        return json.loads(json.dumps(entry_process.answer(json.loads(json.dumps(order)), self)))
 
 
 @pytest.fixture
@@ -213,7 +214,7 @@ def test_a_plan_without_the_token_displaces_none_with_it(made, machine):
 def switched(monkeypatch):
     """What was set in HAL."""
     found = []
-    monkeypatch.setattr(line_process, "halcmd", lambda *words: found.append(words))
+    monkeypatch.setattr(entry_process, "halcmd", lambda *words: found.append(words))
     return found
 
 
@@ -239,7 +240,7 @@ def parts(monkeypatch):
     def halcmd(*words):
         said.append(words)
         return "1\n" if sum(word[0] == "getp" for word in said) > 3 else "0\n"
-    monkeypatch.setattr(line_process, "halcmd", halcmd)
+    monkeypatch.setattr(entry_process, "halcmd", halcmd)
     return said
 
 
@@ -255,8 +256,8 @@ def test_a_new_part(rig, machine, parts):
 
 def test_a_monitor_that_begins_no_part(rig, machine, monkeypatch):
     said = []
-    monkeypatch.setattr(line_process, "PART_S", 0.0)
-    monkeypatch.setattr(line_process, "halcmd", lambda *words: said.append(words) or "7\n")
+    monkeypatch.setattr(entry_process, "PART_S", 0.0)
+    monkeypatch.setattr(entry_process, "halcmd", lambda *words: said.append(words) or "7\n")
     status, _headers, words = post(rig, "/part", {})
     assert status == 409 and b"has not begun a new part" in words and said[-1] == ("setp", "chipwise-monitor.new-part", "0")
 

@@ -11,7 +11,7 @@ import pytest
 
 from chipwise.check import drawn_path
 from chipwise.check.drawn_path import Thinner
-from chipwise.panel.path_ahead import anywhere, follow
+from chipwise.panel.path_window import anywhere, follow
 
 ROUNDS = int(os.environ.get("CHIPWISE_PANEL_ROUNDS", 30))
 

@@ -8,7 +8,8 @@ import urllib.parse
 import pytest
 
 from chipwise import entry
-from chipwise.panel import lines, server
+from chipwise.panel import entry as lines
+from chipwise.panel import server
 from support import ROOT, entry_oracle
 from support.panel_client import request
 from support.panel_rig import serving

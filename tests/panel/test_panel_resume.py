@@ -8,7 +8,7 @@ import pytest
 
 from chipwise.errors import CycleError
 from chipwise.entry import mdi
-from chipwise.panel import line_process, lines
+from chipwise.panel import entry, entry_process
 from chipwise.stock import store
 from support import panel_browser
 from support.panel_client import request
@@ -41,7 +41,7 @@ def shop(tmp_path):
     """(rig, machine, Stop)."""
     stop = Stop(tmp_path)
     machine = Mdi(stop.program)
-    made = lines.Lines(str(stop.ini), lambda order: json.loads(json.dumps(line_process.answer(json.loads(json.dumps(order)), machine))))
+    made = entry.Lines(str(stop.ini), lambda order: json.loads(json.dumps(entry_process.answer(json.loads(json.dumps(order)), machine))))
     with serving(TOKEN, lines=made) as rig:
         yield rig, machine, stop
 

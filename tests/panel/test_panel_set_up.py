@@ -8,7 +8,7 @@ import pytest
 
 from chipwise.program.records import Frame
 from chipwise.entry import mdi
-from chipwise.panel import line_process, lines
+from chipwise.panel import entry, entry_process
 from chipwise.setup import job as jobs
 from support import panel_browser
 from support.check_runs import mill_with_tools
@@ -44,7 +44,7 @@ def shop(tmp_path):
     program, machine = tmp_path / "part.ngc", Mdi(tmp_path / "part.ngc")
     program.write_text(SLOT)
     ini = mill_with_tools(tmp_path)
-    made = lines.Lines(str(ini), lambda order: json.loads(json.dumps(line_process.answer(json.loads(json.dumps(order)), machine))))
+    made = entry.Lines(str(ini), lambda order: json.loads(json.dumps(entry_process.answer(json.loads(json.dumps(order)), machine))))
     with serving(TOKEN, lines=made) as rig:
         yield rig, machine, program
 

@@ -5,7 +5,8 @@ import time
 
 import pytest
 
-from chipwise.panel import lines, visitors
+from chipwise.panel import entry
+from chipwise.panel import visitors
 from chipwise.panel.tool_log import Use
 from chipwise.clib.layout import GuardReason
 from support import ROOT, panel_browser
@@ -46,7 +47,7 @@ def rig():
     """A machine whose lines run when the test says so."""
     def ask(order):
         return {"line": "M252", "unit": "mm", "svg": "", "figures": [], "messages": [], "refused": "", "state": {}} if order["do"] == "plan" else {}
-    with serving(TOKEN, lines=lines.Lines(str(ROOT / "configs/mill.ini"), ask)) as found:
+    with serving(TOKEN, lines=entry.Lines(str(ROOT / "configs/mill.ini"), ask)) as found:
         found.looks()
         yield found
 

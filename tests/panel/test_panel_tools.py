@@ -10,7 +10,8 @@ import pytest
 
 from chipwise.tool_data import editor
 from chipwise.entry import mdi
-from chipwise.panel import line_process, lines, server
+from chipwise.panel import entry, entry_process
+from chipwise.panel import server
 from chipwise.tool_data.geometry import KEYS, load_tools
 from support.panel_client import request
 from support.panel_rig import TOKEN, serving
@@ -33,7 +34,7 @@ def shop(tmp_path):
     path, machine = written(tmp_path), Mdi()
     (tmp_path / "a.tbl").write_text("T1 P1 D6\nT2 P2 D4\n")
     (tmp_path / "a.ini").write_text("[CHIPWISE]\nTOOL_GEOMETRY = tools.toml\n[EMCIO]\nTOOL_TABLE = a.tbl\n[TRAJ]\nLINEAR_UNITS = mm\n")
-    made = lines.Lines(str(tmp_path / "a.ini"), lambda order: json.loads(json.dumps(line_process.answer(json.loads(json.dumps(order)), machine))))
+    made = entry.Lines(str(tmp_path / "a.ini"), lambda order: json.loads(json.dumps(entry_process.answer(json.loads(json.dumps(order)), machine))))
     with serving(TOKEN, lines=made) as rig:
         yield rig, machine, path
 
@@ -111,6 +112,6 @@ def test_requests_of_strangers(shop, body, status):
 
 def test_a_machine_without_a_file(tmp_path):
     (tmp_path / "a.ini").write_text("[TRAJ]\nLINEAR_UNITS = mm\n")
-    with serving(TOKEN, lines=lines.Lines(str(tmp_path / "a.ini"))) as rig:
+    with serving(TOKEN, lines=entry.Lines(str(tmp_path / "a.ini"))) as rig:
         status, _headers, words = request(rig.url, "/tools.json")
         assert status == 409 and words == b"this machine has no file of tool geometry; set [CHIPWISE]TOOL_GEOMETRY in the INI file"

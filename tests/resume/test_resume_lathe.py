@@ -7,7 +7,7 @@ import pytest
 
 from chipwise.ini import Ini
 from chipwise.settings import load_settings
-from chipwise.turning import kept, rest
+from chipwise.turning import resume as rest, stock_file
 from chipwise.turning.plan import make_plan
 from chipwise.turning.read_part import Machine, job_of, make_order
 from chipwise.turning.request import read_program, read_request
@@ -32,7 +32,7 @@ def make_lathe(tmp_path):
     request = read_request(words, machine.startup)
     order = make_order(job_of(str(program), request, machine), words, request, machine, machine.steps)
     plan = make_plan(order)
-    record = kept.write(settings.path("TURNING_STOCK"), kept.key_of(order, str(program), (-100.0, 0.0)), rest.stages(plan).stages)
+    record = stock_file.write(settings.path("TURNING_STOCK"), stock_file.key_of(order, str(program), (-100.0, 0.0)), rest.stages(plan).stages)
     return program, ini, record, plan
 
 
@@ -48,7 +48,7 @@ def test_a_part_that_was_stopped(lathe):
     before = sorted(path.name for path in program.parent.iterdir())
     status, said, errors = resume(program, ini, "--plan")
     assert status == 2 and "no part is kept that was stopped" in errors and not said
-    kept.note(record, STEP)
+    stock_file.note(record, STEP)
     stage = rest.stages(plan).stages[STEP].step
     status, said, errors = resume(program, ini, "--plan")
     assert status == 0 and not errors, errors
@@ -59,6 +59,6 @@ def test_a_part_that_was_stopped(lathe):
     status, said, errors = resume(program, ini, "--plan", "--line", "8")
     assert status == 2 and "are for mills" in errors
     assert sorted(path.name for path in program.parent.iterdir()) == before
-    kept.note(record, kept.ASKED)
+    stock_file.note(record, stock_file.ASKED)
     status, said, errors = resume(program, ini, "--plan")
     assert status == 2 and "nobody has confirmed" in errors

@@ -3,7 +3,8 @@
 import pytest
 
 from chipwise.program.reader import Machine, Unreadable
-from chipwise.rewrite import cutting, depths, proof, run
+from chipwise.rewrite import depth_proof, read_back, sections
+from chipwise.rewrite import run
 from chipwise.rewrite.program import read
 from chipwise.tool_data.geometry import load_tools
 from support.rewrite_rig import HEAD, deep_program, judged, make_machine, rewrite, verdict
@@ -23,17 +24,17 @@ def test_a_contact_between_needles_is_seen_and_shifted(tmp_path, machine):
     before, after = tmp_path / "a.ngc", tmp_path / "b.ngc"
     before.write_text(POKE)
     program, geometry = read(str(before), Machine(str(machine))), load_tools(str(machine.parent / "tools.toml"))
-    (section, stock), = cutting.in_stock(program, cutting.sections(program, geometry), CELL)
+    (section, stock), = sections.in_stock(program, sections.sections(program, geometry), CELL)
     met = stock.cut(section.tool.shape, program.start(section.first), program.end[section.first:section.end])
     assert met["depth"].max() == 0.0                            # so the model of the edits meets nothing: the case is what it is for
-    found = depths.too_deep(program, geometry, CELL, proof.OVER_MM)
+    found = depth_proof.too_deep(program, geometry, CELL, read_back.OVER_MM)
     assert found and all(w.depth == pytest.approx(30.0) and w.tool.flute_length == 12 and w.line == POKE_LINE for w in found)
-    assert proof.line_below(program, found[0].place) == POKE_LINE
+    assert read_back.line_below(program, found[0].place) == POKE_LINE
     assert judged(program, geometry, FINE)[1][1] > 17.9
     done = rewrite(before, after, machine, "--flute")
     assert done.status == 0 and f"lines {POKE_LINE} to 8 in" in done.said, (done.said, done.errors)
     again = read(str(after), Machine(str(machine)))
-    assert judged(again, geometry, FINE)[1][1] <= 0.006 and not depths.too_deep(again, geometry, CELL, proof.OVER_MM)
+    assert judged(again, geometry, FINE)[1][1] <= 0.006 and not depth_proof.too_deep(again, geometry, CELL, read_back.OVER_MM)
 
 
 def test_what_cannot_be_proved_is_refused(tmp_path, machine, monkeypatch):

@@ -5,11 +5,12 @@ import random
 import pytest
 
 from chipwise.program.reader import Machine
-from chipwise.rewrite import calls, proof
+from chipwise.rewrite import read_back
+from chipwise.rewrite import calls
 from chipwise.rewrite.blocks import blocks_of
-from chipwise.rewrite.marks import watched
+from chipwise.rewrite.line_marks import watched
 from chipwise.rewrite.program import read
-from chipwise.rewrite.traced import Followed
+from chipwise.rewrite.marked_reader import Followed
 from chipwise.rewrite.unroll import Unroller
 from support.calls_oracle import acts, difference
 from support.calls_random import Maker
@@ -98,7 +99,7 @@ def test_a_fault_is_seen(tmp_path, machine, monkeypatch, written, name):
 
     monkeypatch.setattr(calls, "Unroller", Wrong)
     own = Machine(str(machine))
-    with pytest.raises(proof.Different):
+    with pytest.raises(read_back.Different):
         calls._without(followed, set(followed.program.blocks.outermost.values()), lambda file: read(file, own), own, None, {})
 
 

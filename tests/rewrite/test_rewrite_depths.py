@@ -8,7 +8,7 @@ import pytest
 from chipwise.program.reader import Unreadable
 from chipwise.program.records import FEED, RAPID
 from chipwise.clib.height_map import HeightMap, Shape
-from chipwise.rewrite import depths
+from chipwise.rewrite import depth_proof
 from chipwise.clib import layout
 from chipwise.clib.library import library
 from support.check_oracle import profile
@@ -86,7 +86,7 @@ def test_a_contact_that_no_needle_meets():
 
 
 def test_no_answer_without_time(monkeypatch):
-    monkeypatch.setattr(depths, "SQUARES", 1)
+    monkeypatch.setattr(depth_proof, "SQUARES", 1)
     with pytest.raises(Unreadable, match="too many walls"):
         witnesses([(-5, 6, 5), (-5, 6, -4), (20, 6, -4), (20, 6, 5), (-5, 7, 5), (-5, 7, -8), (20, 7, -8)], (6.0, 0.0, 0.0), 7.0)
 
@@ -95,7 +95,7 @@ def test_of_too_many_witnesses_the_deepest_count(monkeypatch):
     """A ramp that is too deep all along: the witnesses that count are not those at its shallow beginning, and the last move has been looked at."""
     ramp = [(-5, 6, -4)] + [(x, 6, -4 - 0.2 * (x + 5)) for x in range(-4, 20)]
     every = witnesses(ramp, (6.0, 0.0, 0.0), 4.5)
-    monkeypatch.setattr(depths, "MOST", len(every) // 4)
+    monkeypatch.setattr(depth_proof, "MOST", len(every) // 4)
     few = witnesses(ramp, (6.0, 0.0, 0.0), 4.5)
     assert len(few) == len(every) // 4 and few[-1].line == every[-1].line
     assert sorted(w.depth for w in few) == sorted(w.depth for w in every)[-len(few):]

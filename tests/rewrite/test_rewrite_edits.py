@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from chipwise.program.records import ARC, FEED, RAPID
-from chipwise.rewrite import along
+from chipwise.rewrite import path_moves
 from chipwise.rewrite.edits import BATCH, ByStep, Edits, Move, Table
 from chipwise.rewrite.program import Circle
 from support.random_cases import random_count, random_seed
@@ -72,10 +72,10 @@ def test_single_segments_become_the_moves_that_pieces_become():
         path[1 + rng.choice(n - 1, 9, replace=False)] = np.nan
         step = np.cumsum(rng.random(n) < rng.choice([0.5, 0.95, 1.0]))
         program = SimpleNamespace(step=step, feed=rng.uniform(1, 900, n), circle=np.full(n + 1, -1))
-        body = along.Body(points, np.arange(n), [])
-        table, spans = along.moves_along(program, body, path)
+        body = path_moves.Body(points, np.arange(n), [])
+        table, spans = path_moves.moves_along(program, body, path)
         bounds = [0, *(np.flatnonzero(np.diff(step)) + 1).tolist(), n]
-        other, others = along._pieces(program, body, path, bounds, [-1] * (len(bounds) - 1))
+        other, others = path_moves._pieces(program, body, path, bounds, [-1] * (len(bounds) - 1))
         assert list(table) == list(other) and spans.tolist() == others.tolist(), case
         assert 20 < len(table) < n
 
@@ -84,10 +84,10 @@ def test_steps_on_a_line_are_one_move():
     for case in range(random_count(20)):
         rng = np.random.default_rng([random_seed(), case, 2])
         points, bounds = np.cumsum(rng.uniform(0.1, 1, (61, 3)), axis=0), np.arange(0, 61, 6)
-        s = along.shift.along(points)
+        s = path_moves.shift.along(points)
         path = np.column_stack((points[:, :2], np.interp(s, s[bounds], rng.uniform(0, 9, 11))))
         path[rng.integers(1, 60), 2] += rng.choice([1e-4, 3e-4, np.nan])
         path[rng.integers(0, 10) * 6 + 3, 2] += rng.choice([1e-4, 3e-4])
         parts = [slice(a, b + 1) for a, b in zip(bounds[:-1], bounds[1:])]
-        wanted = [along.kept_points(along.shift.along(points[own]), path[own, 2]) == [0, 6] and not np.isnan(path[own, 2]).any() for own in parts]
-        assert along._lines(points, path[:, 2], bounds).tolist() == wanted and 6 < sum(wanted), case
+        wanted = [path_moves.kept_points(path_moves.shift.along(points[own]), path[own, 2]) == [0, 6] and not np.isnan(path[own, 2]).any() for own in parts]
+        assert path_moves._lines(points, path[:, 2], bounds).tolist() == wanted and 6 < sum(wanted), case

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from chipwise.program.reader import Machine
-from chipwise.rewrite import feed, proof
+from chipwise.rewrite import read_back
+from chipwise.rewrite import feed
 from chipwise.rewrite.program import read
 from support.rewrite_rig import HEAD, make_machine, rewrite
 
@@ -42,7 +43,7 @@ def feed_at(program, x):
 def test_the_law_in_a_slot(tmp_path, machine):
     """10 mm wide, 2 mm deep: F = Q / 20 mm2; in the air the programmed F stays."""
     one, two, text = rewritten(tmp_path, machine, SLOT, "--feed", "12")
-    proof.same_path(one, two)
+    read_back.same_path(one, two)
     assert feed_at(two, 50) == pytest.approx(12000 / 20, rel=0.015)
     assert feed_at(two, -8) == feed_at(two, 108) == 400
     assert "N50 G1 X110 F400  the slot" in text                 # as a comment above its parts
@@ -82,7 +83,7 @@ def test_arcs_are_divided_as_arcs_and_modes_are_kept(tmp_path, machine):
     body = ("T3 M6\nS8000 M3\nG0 X-10 Y10 Z5\nG0 Z-1\nG1 X20 F500\nG2 X40 Y30 R20\nG91 G3 X20 Y-20 I20 J0\nG90 G1 X110\nG0 Z5\n"
             "G0 X110 Y10\nZ-1\nG90.1 G2 X60 Y30 I85 J20\nG91.1 G18 G0 X20 Z2\nG1 Z-1 F300\nG2 X40 I10 K0\nG17 G0 Z5\nM2\n")
     one, two, text = rewritten(tmp_path, machine, HEAD + STOCK + body, "--feed", "6", "--lower", "2")
-    proof.same_path(one, two)
+    read_back.same_path(one, two)
     chords = [line for line in text.splitlines() if re.match(r"G[23] ", line)]
     assert len(chords) > 8
     arcs = (one.kind == 2).sum(), (two.kind == 2).sum()
@@ -93,7 +94,7 @@ def test_inch_g91_cycles_and_lone_words(tmp_path, machine):
     body = ("T3 M6\nS8000 M3\nG0 X10 Y10 Z5\nG81 X20 Y50 Z-5 R2 F100\nX40\nX60 (third)\nG80\nG20\nG1 X1 Y1 Z0.1 F30\n"
             "Z-0.1\nX2\nG91 X0.5\nY0.2\nG90 G21\nF500\nX90\nG0 Z5\nM2\n")
     one, two, text = rewritten(tmp_path, machine, HEAD + STOCK + body, "--feed", "3")
-    proof.same_path(one, two)
+    read_back.same_path(one, two)
     rate(two, 3000)
     assert "G80" in text and text.count("chipwise: ") >= 4
 
@@ -116,14 +117,14 @@ def rate(program, most):
 def test_a_loop_is_written_out_and_a_contour_sub_is_not(tmp_path, machine):
     loop = HEAD + STOCK + "T3 M6\nS8000 M3\no1 repeat [2]\nG0 X-10 Y30 Z5\nG0 Z-2\nG1 X110 F400\nG0 Z5\no1 endrepeat\nM2\n"
     one, two, after_text = rewritten(tmp_path, machine, loop, "--feed", "3")
-    proof.same_path(one, two)
+    read_back.same_path(one, two)
     assert "(chipwise: written out: o1 repeat [2])" in after_text and "\no1" not in after_text
     across = [m for m in np.flatnonzero(two.kind != 0).tolist() if min(two.start(m)[0], two.end[m][0]) < 50 < max(two.start(m)[0], two.end[m][0])]
     assert two.feed[across].tolist() == [pytest.approx(3000 / 20, rel=0.015), 400]         # the second time in the air
     text = (HEAD + STOCK + "T1 M6\nS8000 M3\no7 sub\nG0 X20 Y20\nG1 X60\nY45\nX20\nY20\no7 endsub\nG0 X0 Y0 Z5\n"
             "G79 Q7 Z-2 R1 D2 F600\nG0 Z5\nM2\n")
     one, two, after_text = rewritten(tmp_path, machine, text, "--feed", "4")
-    proof.same_path(one, two)
+    read_back.same_path(one, two)
     assert "(chipwise: divided: G79 Q7" in after_text
 
 
@@ -146,12 +147,12 @@ def test_the_proof_sees_another_path(tmp_path, machine):
     one, two, _ = rewritten(tmp_path, machine, SLOT, "--feed", "12")
     for change in (lambda p: p.end.__setitem__((1, 0), p.end[1, 0]), lambda p: p.end.__iadd__(0.0)):
         change(two)
-        proof.same_path(one, two)
+        read_back.same_path(one, two)
     last = len(two.end) - 2
     for axis, off in ((0, 0.01), (1, -0.002), (2, 0.5)):
         two.end[last, axis] += off
-        with pytest.raises(proof.Different):
-            proof.same_path(one, two)
+        with pytest.raises(read_back.Different):
+            read_back.same_path(one, two)
         two.end[last, axis] -= off
 
 
@@ -160,7 +161,7 @@ def test_a_wide_arc_is_divided_on_the_arc(tmp_path, machine, plane, words):
     """Its chords are longer than the pieces: their middles are 2 um off it."""
     text = SLOT.replace("N50 G1 X110 F400 (the slot)", f"{plane}\n{'G2' if plane == 'G17' else 'G3'} {words.format(60, -300)} F400\nG17")
     one, two, out = rewritten(tmp_path, machine, text, "--feed", "12")
-    proof.same_path(one, two)
+    read_back.same_path(one, two)
     arcs = two.end[two.kind == 2]
     radius = np.hypot(arcs[:, 0] - 50, arcs[:, 1] - 30 + 300 if plane == "G17" else arcs[:, 2] + 2 + 300)
     assert np.abs(radius - math.hypot(60, 300)).max() < 1e-4 and len(re.findall(r"^G[23] X", out, re.M)) > 3
@@ -180,7 +181,7 @@ def test_a_thread_keeps_its_lines(tmp_path, machine, before):
     """A line of G33 gets neither an F nor a G1, and the moves behind it have their own F."""
     text = HEAD + STOCK + f"T3 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-2\n{before}\nG33 X50 K0.1\nX60 K0.2\nG1 X90\nG0 Z5\nM2\n"
     one, two, out = rewritten(tmp_path, machine, text, "--feed", "12")
-    proof.same_path(one, two)
+    read_back.same_path(one, two)
     assert "\nG33 X50 K0.1\nX60 K0.2\n" in out
     assert feed_at(two, 10) == pytest.approx(600, rel=0.03) == feed_at(two, 80)
 
@@ -199,14 +200,14 @@ def test_a_line_of_its_own_motion_stays(tmp_path, machine, home):
     """Behind a changed move; the line behind it still has to repeat G1."""
     text = HEAD + STOCK + f"T3 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-2\nG1 X50 F400\nG2 X70 I10\n{home}\nM2\n"
     one, two, out = rewritten(tmp_path, machine, text, "--feed", "12")
-    proof.same_path(one, two)
+    read_back.same_path(one, two)
     assert f"\n{home}\n" in out
 
 
 def test_the_motion_mode_behind_g28(tmp_path, machine):
     text = HEAD + STOCK + "T3 M6\nS8000 M3\nG0 X-10 Y30 Z9\nG28.1\nG1 Z-2 F400\nX50\nG28 Z9\nX-20 Y50\nM2\n"
     one, two, out = rewritten(tmp_path, machine, text, "--feed", "12")
-    proof.same_path(one, two)
+    read_back.same_path(one, two)
     assert "\nG28 Z9\n" in out
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Shifted paths with fewer moves (rewrite/fewer.py): never lower, never beside, and no other line between two moves is passed over."""
+"""Shifted paths with fewer moves (rewrite/merge_moves.py): never lower, never beside, and no other line between two moves is passed over."""
 import random
 
 import numpy as np
@@ -7,7 +7,8 @@ import pytest
 
 from chipwise.program.reader import Machine
 from chipwise.clib.height_map import Shape
-from chipwise.rewrite import along, fewer, run
+from chipwise.rewrite import merge_moves, path_moves
+from chipwise.rewrite import run
 from chipwise.rewrite.program import read
 from chipwise.rewrite.run import Order
 from support.random_cases import random_count, random_seed
@@ -52,12 +53,12 @@ def test_random_paths(ini, tmp_path):
         program = read(str(name), Machine(str(ini)))
         feeds = np.flatnonzero((program.kind != 0) & (np.abs(np.diff(program.end, axis=0, prepend=program.end[:1])[:, :2]).max(axis=1) > 0))
         points = np.concatenate((program.start(int(feeds[0]))[None], program.end[feeds]))
-        body = along.Body(points, feeds, [])
-        path = points + np.outer(heights(rng, fewer.shift.along(points)), (0, 0, 1))
+        body = path_moves.Body(points, feeds, [])
+        path = points + np.outer(heights(rng, merge_moves.shift.along(points)), (0, 0, 1))
         dropped = np.array([rng.random() < 0.02 and 0 < k < len(path) - 1 for k in range(len(path))])
         path[dropped] = np.nan
-        most = fewer.beside(rng.choice([Shape(6.0), Shape(6.0, 3.0), Shape(6.0, 0.0, 90.0)]))
-        found = fewer.with_fewer(program, body, path, most)
+        most = merge_moves.beside(rng.choice([Shape(6.0), Shape(6.0, 3.0), Shape(6.0, 0.0, 90.0)]))
+        found = merge_moves.with_fewer(program, body, path, most)
         check(program, body, path, found, most, case)
         gone += np.count_nonzero(np.isnan(found[:, 2])) - np.count_nonzero(dropped)
         all_points += len(path)
@@ -82,7 +83,7 @@ def check(program, body, path, found, most, case):
         assert (np.diff([0.0, *share, 1.0]) > 0).all(), case
         assert np.abs(along_it[0] * p[:, 1] - along_it[1] * p[:, 0]).max() / length < most + 1e-6, case
         higher = found[a, 2] + share * (found[b, 2] - found[a, 2]) - path[inner, 2]
-        assert higher.min() > -1e-6 and higher.max() < fewer.HIGHER_MM + 1e-6, (case, higher.min(), higher.max())
+        assert higher.min() > -1e-6 and higher.max() < merge_moves.HIGHER_MM + 1e-6, (case, higher.min(), higher.max())
         moves = body.move[a:b]
         assert len(set(program.feed[moves])) == 1 and (np.diff(program.line[moves]) <= 1).all() and (program.kind[moves] == 1).all(), case
 

@@ -7,7 +7,7 @@ import pytest
 
 from chipwise.program.reader import Machine
 from chipwise.rewrite.program import read
-from chipwise.rewrite.proof import Different, same_stock
+from chipwise.rewrite.read_back import Different, same_stock
 from chipwise.tool_data.geometry import load_tools
 from support.random_cases import random_count, random_seed
 from support.rewrite_rig import FLUTES, HEAD, check_status, deep_program, make_machine, rewrite, verdict

@@ -8,7 +8,8 @@ import pytest
 
 from chipwise.program.reader import Machine
 from chipwise.program.records import ARC, FEED
-from chipwise.rewrite import flute, foreseen, proof
+from chipwise.rewrite import expected_program, read_back as proof
+from chipwise.rewrite import flute
 from chipwise.rewrite.edits import Edits, Move, original
 from chipwise.rewrite.program import read
 from chipwise.rewrite.run import read_back, written
@@ -46,10 +47,10 @@ def test_random_programs_make_the_moves_that_are_foreseen(ini, tmp_path, case):
     program, edits, after = trial(path, ini, reserve=0.06 * (case % 2))
     if not edits:
         return
-    found = foreseen.foreseen(program, edits)
+    found = expected_program.foreseen(program, edits)
     assert len(found.kind) == len(after.kind), f"{kind}, seed {seed}, {path}"
-    assert np.abs(found.end - after.end).max() <= foreseen.SAME_MM, f"{kind}, seed {seed}, {path}"
-    assert foreseen.same_moves(found, after), f"{kind}, seed {seed}, {path}"
+    assert np.abs(found.end - after.end).max() <= expected_program.SAME_MM, f"{kind}, seed {seed}, {path}"
+    assert expected_program.same_moves(found, after), f"{kind}, seed {seed}, {path}"
     proof.same_feeds(found, after)
 
 
@@ -72,14 +73,14 @@ def test_parts_of_any_size_make_the_same_moves(ini, tmp_path, monkeypatch):
                     "G3 X70 Y25 R30\nG0 Z5\nT2 M6\nS8000 M3\nG81 X10 Y10 Z-2 R1 F100\nX20 Z-3\nG80\nG0 Z5\nM2\n")
     program = read(str(path), Machine(str(ini)))
     edits = raised(program)
-    whole = foreseen.foreseen(program, edits)
+    whole = expected_program.foreseen(program, edits)
     once = np.count_nonzero(np.diff(program.line[program.first[:-1]]) == 0)
     assert once > 3 and len(whole.kind) == len(program.kind) + program.steps - 1 - len(program.circles) - once
     arcs = np.flatnonzero((whole.kind == ARC) & (np.roll(whole.kind, 1) != ARC))
     assert np.abs(np.diff(whole.end[:, 2])[arcs - 1]).max() < 0.1                # they begin at the raised end of the step before
     for size in (1, 2, 3, 7):
-        monkeypatch.setattr(foreseen, "PART_STEPS", size)
-        one = foreseen.foreseen(program, edits)
+        monkeypatch.setattr(expected_program, "PART_STEPS", size)
+        one = expected_program.foreseen(program, edits)
         assert one.events == whole.events, size
         for name in ("kind", "line", "end", "feed"):
             a, b = getattr(one, name), getattr(whole, name)
@@ -91,7 +92,7 @@ def slot(ini, folder, text):
     path = folder / "slot.ngc"
     path.write_text("G21 G90 G17 G40 G49 G80 G94\nM250 P0 Q0 R-40 I60 J50 K40\nT1 M6\nS8000 M3\n" + text + "\nM2\n")
     program, edits, after = trial(path, ini)
-    return foreseen.foreseen(program, edits), after
+    return expected_program.foreseen(program, edits), after
 
 
 @pytest.mark.parametrize("text", [
@@ -102,14 +103,14 @@ def slot(ini, folder, text):
     "G0 X-10 Y25 Z5\nG1 Z-30 F200\nX70 F400\nG0 Z5\nT3 M6\nS8000 M3\nG0 X-12 Y8 Z5\nG1 Z-4 F100\nX70\nG0 Z5"])
 def test_modes_units_arcs_and_tools_are_foreseen(ini, tmp_path, text):
     found, after = slot(ini, tmp_path, text)
-    assert len(found.kind) > 8 and foreseen.same_moves(found, after)
+    assert len(found.kind) > 8 and expected_program.same_moves(found, after)
     assert bool(re.search("G[23] X", text)) == bool((found.kind == ARC).any())
 
 
 def test_other_moves_tools_or_kinds_are_not_the_same(ini, tmp_path):
     found, after = slot(ini, tmp_path, "G0 X-10 Y25 Z5\nG1 Z-30 F200\nX70 F400\nG0 Z5\nT3 M6\nS8000 M3\nG0 X-12 Y8 Z5\nG1 Z-4 F100\nX70\nG0 Z5")
     for wrong in ("end", "kind", "tool", "at", "one less"):
-        one = foreseen.Foreseen(found.kind.copy(), found.line, found.end.copy(), found.feed, [type(e)(e.at, e.kind, e.line, list(e.values)) for e in found.events])
+        one = expected_program.Foreseen(found.kind.copy(), found.line, found.end.copy(), found.feed, [type(e)(e.at, e.kind, e.line, list(e.values)) for e in found.events])
         if wrong == "end":
             one.end[7, 1] += 1e-4
         elif wrong == "kind":
@@ -120,7 +121,7 @@ def test_other_moves_tools_or_kinds_are_not_the_same(ini, tmp_path):
             one.events[-1].at += 1
         else:
             one.kind, one.end = one.kind[:-1], one.end[:-1]
-        assert not foreseen.same_moves(one, after), wrong
+        assert not expected_program.same_moves(one, after), wrong
 
 
 @pytest.mark.parametrize("wrong, says", [(lambda f: f * 1.00001, "instead of"), (lambda f: f - 0.1, "instead of"), (lambda f: f - 0.02, "")])

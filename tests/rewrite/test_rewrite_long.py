@@ -10,7 +10,8 @@ import pytest
 
 from chipwise.program.reader import Machine, Unreadable
 from chipwise.program.records import FEED, RAPID, STOCK, TOOL
-from chipwise.rewrite import depths, flute, proof, run
+from chipwise.rewrite import depth_proof, read_back
+from chipwise.rewrite import flute, run
 from chipwise.rewrite.source import Lines
 from chipwise.tool_data.geometry import ToolGeometry
 from support.random_cases import random_seed
@@ -55,10 +56,10 @@ def test_a_program_is_not_refused_for_what_it_becomes(tmp_path, machine, monkeyp
     data = rewritten()
     assert len(data) > limit
     monkeypatch.setattr(run, "MOST_BYTES", limit)
-    with pytest.raises(proof.Different, match="cannot be read"):
+    with pytest.raises(read_back.Different, match="cannot be read"):
         rewritten()
     monkeypatch.setattr(flute, "MOST_WRITTEN", 20)
-    monkeypatch.setattr(depths, "too_deep", None)                       # nothing is proved or written by then
+    monkeypatch.setattr(depth_proof, "too_deep", None)                       # nothing is proved or written by then
     with pytest.raises(Unreadable, match="the new program would have more than 20 moves"):
         rewritten()
 
@@ -99,12 +100,12 @@ def test_moves_without_a_tool_between(gap):
     program = SimpleNamespace(end=end, kind=kind, line=np.arange(len(end)) + 1, events=[stock, *tools], known_from=0,
                               start=lambda k: end[max(k - 1, 0)])
     geometry = {1: ToolGeometry(shape="flat", flute_length=11.0)}
-    found = depths.too_deep(program, geometry, 0.25, 0.0)
+    found = depth_proof.too_deep(program, geometry, 0.25, 0.0)
     assert found and {w.line for w in found} == {int(program.line[-2])}         # only the second cut, of its own place
     inside = [w for w in found if w.x < 20]                                     # 8 mm are gone there: 12 mm are left
     assert inside and all(w.depth == pytest.approx(12.0, abs=1e-3) for w in inside if abs(w.y - 10) < 2.5)
     assert max(w.depth for w in found) == pytest.approx(20.0, abs=1e-3)
-    assert not depths.too_deep(program, {1: ToolGeometry(shape="flat", flute_length=20.1)}, 0.25, 0.0)
+    assert not depth_proof.too_deep(program, {1: ToolGeometry(shape="flat", flute_length=20.1)}, 0.25, 0.0)
 
 
 def crest(rows, columns, down):

@@ -8,7 +8,8 @@ import pytest
 from support.rewrite_rig import HEAD, deep_program, make_machine
 
 from chipwise.program.reader import Machine
-from chipwise.rewrite import proof, run
+from chipwise.rewrite import read_back
+from chipwise.rewrite import run
 from chipwise.rewrite.program import read
 from chipwise.tool_data.geometry import load_tools
 
@@ -31,15 +32,15 @@ def compared(tmp_path, ini, tool, by):
     path = tmp_path / "part.ngc"
     path.write_text(HEAD + BESIDE.format(tool))
     program = read(str(path), Machine(str(ini)))
-    proof.same_stock(program, moved(program, by), load_tools(str(ini.parent / "tools.toml")), CELL)
+    read_back.same_stock(program, moved(program, by), load_tools(str(ini.parent / "tools.toml")), CELL)
 
 
 def test_a_steep_side_at_the_edge_may_be_a_little_further_away(tmp_path, ini, monkeypatch):
     compared(tmp_path, ini, 2, (-0.003, 0.0, 0.0))
-    with pytest.raises(proof.Different, match="leaves"):
+    with pytest.raises(read_back.Different, match="leaves"):
         compared(tmp_path, ini, 2, (-0.02, 0.0, 0.0))
-    monkeypatch.setattr(proof, "SIDE_MM", 0.0)
-    with pytest.raises(proof.Different, match="leaves 0.0[5-9]"):
+    monkeypatch.setattr(read_back, "SIDE_MM", 0.0)
+    with pytest.raises(read_back.Different, match="leaves 0.0[5-9]"):
         compared(tmp_path, ini, 2, (-0.003, 0.0, 0.0))
 
 
@@ -47,7 +48,7 @@ def test_a_steep_side_at_the_edge_may_be_a_little_further_away(tmp_path, ini, mo
 @pytest.mark.parametrize(("up", "said"), [(0.1, "leaves 0.[01]"), (-0.1, "cuts 0.[01]")])
 def test_a_floor_may_not_be_at_another_height(tmp_path, ini, tool, up, said):
     compared(tmp_path, ini, tool, (0.0, 0.0, up * 0.4))
-    with pytest.raises(proof.Different, match=said):
+    with pytest.raises(read_back.Different, match=said):
         compared(tmp_path, ini, tool, (0.0, 0.0, up))
 
 

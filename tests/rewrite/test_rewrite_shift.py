@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from chipwise.rewrite import shift
-from chipwise.rewrite.along import kept_points, without
+from chipwise.rewrite.path_moves import kept_points, without
 from chipwise.rewrite.segments import segments
 from support.random_cases import random_count, random_seed
 

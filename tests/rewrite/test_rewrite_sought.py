@@ -5,7 +5,8 @@ import pytest
 
 from chipwise.program.reader import Machine
 from chipwise.clib.height_map import HeightMap
-from chipwise.rewrite import cutting, depths, flute, run, sought
+from chipwise.rewrite import depth_proof, sections, trial_proof
+from chipwise.rewrite import flute, run
 from chipwise.rewrite.program import read
 from chipwise.rewrite.run import Order
 from chipwise.tool_data.geometry import load_tools
@@ -18,10 +19,10 @@ FLUTE = 4.0                 # mm
 
 def parts_of(tool, expected=None):
     """A Sought of the stock with one tool, and the tool.  expected: places (n, 3) along which it is known that moves will come, or None."""
-    own = cutting.tool_of(1, tool[0], geometry_of(tool, FLUTE))
-    path = None if expected is None else depths.Path(np.array(expected[0], float), np.array(expected[1:], float),
+    own = sections.tool_of(1, tool[0], geometry_of(tool, FLUTE))
+    path = None if expected is None else depth_proof.Path(np.array(expected[0], float), np.array(expected[1:], float),
                                                      np.zeros(len(expected) - 1, np.int32), np.arange(len(expected) - 1))
-    return sought.Sought(HeightMap(LOW, HIGH, 0.25), [own], path and (lambda: path)), own
+    return trial_proof.Sought(HeightMap(LOW, HIGH, 0.25), [own], path and (lambda: path)), own
 
 
 def other_paths(rng):
@@ -84,7 +85,7 @@ def test_moves_that_are_not_asked_for_cut():
 
 
 def test_too_many_walls_are_left_to_the_end(monkeypatch):
-    monkeypatch.setattr(sought, "SQUARES", 10)
+    monkeypatch.setattr(trial_proof, "SQUARES", 10)
     proof, own = parts_of((6.0, 0.0, 0.0))
     proof.too_deep(own, np.array([(-5, 6, -8), (20, 6, -8.0)]))
     assert proof.is_off
@@ -96,7 +97,7 @@ def test_too_many_walls_are_left_to_the_end(monkeypatch):
 def test_holes_are_known(tmp_path, monkeypatch):
     """Behind a hole that was drilled before a slot, or in the slot's own section, a path finds nothing there, although it is lower than was
     expected."""
-    monkeypatch.setattr(flute, "Sought", lambda stock, tools, _expected: sought.Sought(stock, tools))
+    monkeypatch.setattr(flute, "Sought", lambda stock, tools, _expected: trial_proof.Sought(stock, tools))
     ini = make_machine(tmp_path / "mill")
     program = tmp_path / "holes.ngc"
     program.write_text(HEAD + "M250 P0 Q0 R-40 I80 J30 K40\nT3 M6\nS8000 M3\nG0 X20 Y15 Z5\nG1 Z-35 F100\nG0 Z5\nT1 M6\nG0 X-10 Y15\n"

@@ -9,7 +9,7 @@ import pytest
 from chipwise.program.reader import Machine
 from chipwise.program.records import FEED, RAPID
 from chipwise.clib.height_map import HeightMap, Shape
-from chipwise.rewrite import depths
+from chipwise.rewrite import depth_proof
 from chipwise.rewrite.edits import Edits
 from chipwise.rewrite.fed import feed_traverses
 from chipwise.rewrite.links import Links
@@ -158,7 +158,7 @@ TRAVERSES = {               # tool (diameter, corner, tip), begin and end beside
 def test_the_proof_of_a_traverse(name):
     tool, start, end, expected = TRAVERSES[name]
     program = program_of([(-20, -20, 5), start, end], tool, kinds=[FEED, RAPID])
-    found = depths.too_deep(program, geometry_of(tool, None), 0.25, 0.0, CLEARANCE)
+    found = depth_proof.too_deep(program, geometry_of(tool, None), 0.25, 0.0, CLEARANCE)
     assert bool(found) == expected, found
     assert all(w.line == 4 and w.traverse == pytest.approx((*start, *end)) for w in found)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from chipwise.clib.height_map import HeightMap, Shape
-from chipwise.rewrite.depths import FOUND, TOOL
+from chipwise.rewrite.depth_proof import FOUND, TOOL
 from chipwise.clib import layout
 from chipwise.clib.library import library
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from chipwise.program.records import FEED, STOCK, TOOL
-from chipwise.rewrite import depths
+from chipwise.rewrite import depth_proof
 from chipwise.tool_data.geometry import ToolGeometry
 from support.check_oracle import Needles, profile
 from support.random_cases import random_seed
@@ -31,7 +31,7 @@ def geometry_of(tool, flute):
 
 
 def witnesses(places, tool, flute, **more):
-    return depths.too_deep(program_of(places, tool, **more), geometry_of(tool, flute), 0.25, 0.0)
+    return depth_proof.too_deep(program_of(places, tool, **more), geometry_of(tool, flute), 0.25, 0.0)
 
 
 def left_at(x, y, places, tool, low=LOW, high=HIGH):

@@ -160,11 +160,11 @@ def tablet(port, token):
 
 
 def inside(kinds):
-    from chipwise.panel import lines
+    from chipwise.panel import entry
     from support.panel_rig import TOKEN, serving
     other = connected()
     there = ["nsenter", "-t", str(other.pid), "-n", "--", sys.executable, __file__]
-    with serving(TOKEN, "0.0.0.0", lines=lines.Lines(str(ROOT / "configs/mill.ini"), answers)) as rig:
+    with serving(TOKEN, "0.0.0.0", lines=entry.Lines(str(ROOT / "configs/mill.ini"), answers)) as rig:
         rig.looks()
         port = rig.server.server_port
         helpers = []

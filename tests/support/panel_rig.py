@@ -124,6 +124,6 @@ def serving(token="", address="127.0.0.1", items=None, lines=None, ahead=None, *
 
 
 def scene(program, **changed):
-    """The scene that LinuxCNC shows of a loaded program (chipwise.panel.ahead); machine units."""
+    """The scene that LinuxCNC shows of a loaded program (chipwise.panel.look_ahead); machine units."""
     return {"program": str(program), "index": 1, "offset": [0.0] * 3, "g92": [0.0] * 3, "turn": 0.0, "tool": 1, "codes": "G21 G17 G90 G91.1",
             "block_delete": False, **changed}

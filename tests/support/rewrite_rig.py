@@ -113,9 +113,9 @@ def verdict(before, after, ini):
 
 def judged(program, geometry, spacing=0.2):
     """(needles after a Program, {tool: mm its deepest feed move is deeper than its flutes are long}, worst traverse mm)."""
-    from chipwise.rewrite import cutting
+    from chipwise.rewrite import sections
     needles, excess, rapid = None, {}, 0.0
-    for section in cutting.sections(program, geometry):
+    for section in sections.sections(program, geometry):
         if section.stock is not None:
             needles = Needles(section.stock.values[2:5], section.stock.values[5:8], spacing)
         if section.tool is None:

@@ -2,7 +2,7 @@
 """Turned parts that are stopped at a cut, and the plans that finish them.  Called by tests/turning and bench/bench_turning.py."""
 from dataclasses import replace
 
-from chipwise.turning import rest
+from chipwise.turning import resume
 from chipwise.turning.plan import make_plan, total_length
 
 
@@ -25,14 +25,14 @@ def stopped(text, number, count):
 
 def stop(rng, plan):
     """(Stage, number of the step, moves) of a stop anywhere in a plan."""
-    found = rest.stages(plan)
+    found = resume.stages(plan)
     number, count, stage = rng.choice([(number, *mark) for number, marks in found.marks.items() for mark in marks])
     return found.stages[stage], number, count
 
 
 def finished(plan, stage):
     """The plan for what a stage has left."""
-    return make_plan(replace(plan.order, blank=rest.blank_of(stage)))
+    return make_plan(replace(plan.order, blank=resume.blank_of(stage)))
 
 
 def feed_left(plan, number, count):

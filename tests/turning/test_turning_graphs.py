@@ -6,7 +6,8 @@ import random
 import numpy as np
 import pytest
 
-from chipwise.turning import graph, reach
+from chipwise.turning import profile_function
+from chipwise.turning import reach
 from support.random_cases import random_count, random_seed, write_replay
 
 STEP = 0.002
@@ -21,7 +22,7 @@ def random_graph(rng):
         x = rng.uniform(2, 10) if kind < 0.4 else x
         to = x if kind < 0.2 else max(x + rng.uniform(-1, 1), 1.0)
         arc = _arc(rng, z, x, width, to) if rng.random() < 0.35 else None
-        pieces.append(arc or graph.segment(z, x, z + width, to))
+        pieces.append(arc or profile_function.segment(z, x, z + width, to))
         z, x = z + width, to
     return pieces
 
@@ -32,7 +33,7 @@ def _arc(rng, z, x, width, to):
     h = math.sqrt(r * r - chord * chord / 4) * rng.choice((-1, 1))
     c = z + width / 2 - h * (to - x) / chord, (x + to) / 2 + h * width / chord
     above, below = x - c[1], to - c[1]
-    return graph.Piece(z, z + width, *c, 0.0, r, 1 if above > 0 else -1) if above * below > 1e-3 else None
+    return profile_function.Piece(z, z + width, *c, 0.0, r, 1 if above > 0 else -1) if above * below > 1e-3 else None
 
 
 def samples(f):
@@ -40,17 +41,17 @@ def samples(f):
     found = []
     for p in f:
         if p.r:
-            a, b = (math.atan2(graph.value(p, z) - p.xr, z - p.zr) for z in (p.z0, p.z1))
+            a, b = (math.atan2(profile_function.value(p, z) - p.xr, z - p.zr) for z in (p.z0, p.z1))
             turns = np.linspace(a, b, max(int(abs(b - a) * p.r / STEP), 1) + 1)
             found.append(np.column_stack((p.zr + p.r * np.cos(turns), p.xr + p.r * np.sin(turns))))
         else:
-            ends = np.array([(z, graph.value(p, z)) for z in (p.z0, p.z1)])
+            ends = np.array([(z, profile_function.value(p, z)) for z in (p.z0, p.z1)])
             found.append(ends[0] + np.linspace(0, 1, int(math.dist(*ends) / STEP) + 2)[:, None] * (ends[1] - ends[0]))
     return np.concatenate(found)
 
 
 def highest(f, z):
-    return max((graph.value(p, z) for p in f if p.z0 <= z <= p.z1), default=-math.inf)
+    return max((profile_function.value(p, z) for p in f if p.z0 <= z <= p.z1), default=-math.inf)
 
 
 @pytest.mark.parametrize("k", range(random_count(30)))
@@ -73,7 +74,7 @@ def test_disc_and_window_are_maxima(k):
         assert highest(window, z) <= _most(points, z + u0 - STEP, z + u1 + STEP) + STEP, f"seed {seed}, {replay}: window at {z}"
     for p in disc:              # every place of the result is one at which the disc touches the region, and none at which it is farther
         z = 0.5 * (p.z0 + p.z1)
-        gap = np.hypot(points[:, 0] - z, points[:, 1] - graph.value(p, z)).min()
+        gap = np.hypot(points[:, 0] - z, points[:, 1] - profile_function.value(p, z)).min()
         assert r - 1e-7 <= gap <= r + 1e-3, f"seed {seed}, {replay}: disc {r} at {z}"
     replay.unlink()
 
@@ -84,7 +85,7 @@ def _most(points, z0, z1):
 
 
 def test_the_samples_see_a_wrong_sum():
-    f = [graph.segment(0.0, 1.0, 2.0, 2.0), graph.segment(2.0, 2.0, 4.0, 1.0)]
+    f = [profile_function.segment(0.0, 1.0, 2.0, 2.0), profile_function.segment(2.0, 2.0, 4.0, 1.0)]
     points = samples(f)
     peak = highest(reach.disc(f, 0.5), 2.0)
     gaps = [np.hypot(points[:, 0] - 2.0, points[:, 1] - peak - more).min() for more in (-0.002, 0.0, 0.002)]

@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from chipwise.turning.graph import at, flat, segment
+from chipwise.turning.profile_function import at, flat, segment
 from chipwise.turning.levels import levels
 from support.random_cases import random_count, random_seed
 

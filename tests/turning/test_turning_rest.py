@@ -10,7 +10,8 @@ import pytest
 from chipwise.errors import CycleError
 from chipwise.ini import Ini
 from chipwise.settings import load_settings
-from chipwise.turning import kept, nc, rest
+from chipwise.turning import resume, stock_file
+from chipwise.turning import nc
 from chipwise.turning.plan import make_plan, total_length
 from chipwise.turning.read_part import Machine, job_of, make_order
 from chipwise.turning.request import read_request
@@ -61,7 +62,7 @@ def test_the_oracle_sees_stock_that_is_not_gone(tmp_path):
     """A file that says more than has been cut."""
     case = random_case(random.Random(3), "D55", 0.0)
     plan, request, machine, text = planned(case, tmp_path)
-    found = rest.stages(plan)
+    found = resume.stages(plan)
     number, marks = next((n, m) for n, m in found.marks.items() if len(m) > 6)
     program = nc.program(finished(plan, found.stages[marks[-2][1]]), request, "rest")
     assert judge(stopped(text, number, marks[1][0]) + program, request.scale, case, machine.tools)[0]["rapid"] > 0.1
@@ -71,20 +72,20 @@ def test_the_oracle_sees_stock_that_is_not_gone(tmp_path):
 def part(tmp_path):
     """(plan, key, path of a file that says that the machine has come to its fourth stage, Record)."""
     plan, *_ = planned(random_case(random.Random(5)), tmp_path)
-    key, path = kept.key_of(plan.order, "/nc/part.ngc", ZERO), str(tmp_path / "turning.jsonl")
-    record = kept.write(path, key, rest.stages(plan).stages)
-    kept.note(record, 3)
+    key, path = stock_file.key_of(plan.order, "/nc/part.ngc", ZERO), str(tmp_path / "turning.jsonl")
+    record = stock_file.write(path, key, resume.stages(plan).stages)
+    stock_file.note(record, 3)
     return plan, key, path, record
 
 
 def test_a_file_has_what_was_written(part):
     plan, key, path, _record = part
-    found, wanted = kept.read(path), rest.stages(plan).stages[3]
+    found, wanted = stock_file.read(path), resume.stages(plan).stages[3]
     assert found.key == key and found.begun and not found.asked and found.stage.step == wanted.step
     assert [p[:7] for p in found.stage.outside] == [p[:7] for p in wanted.outside] and [p[:7] for p in found.stage.bore] == [p[:7] for p in wanted.bore]
-    choice = rest.choose(plan.order, path, key)
+    choice = resume.choose(plan.order, path, key)
     assert choice.stage == found.stage and said(choice) == [f"chipwise: planned from what the step {wanted.step} has left"]
-    assert f"in the step {wanted.step} goes on" in rest.question(choice).text()
+    assert f"in the step {wanted.step} goes on" in resume.question(choice).text()
 
 
 def test_threads_that_are_cut_are_known(tmp_path):
@@ -92,8 +93,8 @@ def test_threads_that_are_cut_are_known(tmp_path):
     from chipwise.turning.thread_comment import Thread
     plan, *_ = planned(random_case(random.Random(5)), tmp_path)
     thread = Thread(-20.0, -5.0, 10.0, 1.5, 0.92, True, False, 800, False, 12)
-    record = kept.write(str(tmp_path / "t"), kept.key_of(plan.order, "a", ZERO), [rest.stages(plan).stages[0]._replace(step="thread outside", threads=(thread,))])
-    found = kept.read(record.path)
+    record = stock_file.write(str(tmp_path / "t"), stock_file.key_of(plan.order, "a", ZERO), [resume.stages(plan).stages[0]._replace(step="thread outside", threads=(thread,))])
+    found = stock_file.read(record.path)
     assert found.begun and found.stage.threads == (replace(thread, line=0),)
 
 
@@ -101,19 +102,19 @@ def test_lines_that_were_lost_or_torn_leave_more_stock(part):
     plan, key, path, record = part
     with open(path, "ab") as file:
         file.write(b'{"token": "another", "done": 5}\n{"done": 5}\n[1]\nnull\n\xc3\xa9{\n{"token": "%s", "done": 99}\n{"token": "%s", "done": 5' % ((record.token.encode(),) * 2))
-    assert kept.read(path).stage == rest.choose(plan.order, path, key).stage
-    assert kept.read(path).stage.outside == [p._replace(line=0) for p in rest.stages(plan).stages[3].outside]
-    kept.note(record, 4)                    # it is joined to the torn line, and lost
-    assert kept.read(path).stage.outside == [p._replace(line=0) for p in rest.stages(plan).stages[3].outside]
-    kept.note(record, 5)
-    assert kept.read(path).stage.outside == [p._replace(line=0) for p in rest.stages(plan).stages[5].outside]
+    assert stock_file.read(path).stage == resume.choose(plan.order, path, key).stage
+    assert stock_file.read(path).stage.outside == [p._replace(line=0) for p in resume.stages(plan).stages[3].outside]
+    stock_file.note(record, 4)                    # it is joined to the torn line, and lost
+    assert stock_file.read(path).stage.outside == [p._replace(line=0) for p in resume.stages(plan).stages[3].outside]
+    stock_file.note(record, 5)
+    assert stock_file.read(path).stage.outside == [p._replace(line=0) for p in resume.stages(plan).stages[5].outside]
 
 
 def test_nothing_cut_is_a_whole_blank(part):
     plan, key, path, _record = part
-    kept.write(path, key, rest.stages(plan).stages)
-    assert rest.choose(plan.order, path, key).stage is None and rest.choose(plan.order, path, key).notes == ()
-    assert rest.choose(plan.order, path + ".other", key).stage is None and rest.choose(plan.order, "", key).notes == ()
+    stock_file.write(path, key, resume.stages(plan).stages)
+    assert resume.choose(plan.order, path, key).stage is None and resume.choose(plan.order, path, key).notes == ()
+    assert resume.choose(plan.order, path + ".other", key).stage is None and resume.choose(plan.order, "", key).notes == ()
 
 
 def test_in_doubt_the_whole_blank_is_planned(part):
@@ -121,50 +122,50 @@ def test_in_doubt_the_whole_blank_is_planned(part):
     plan, key, path, record = part
     for changed, words in ((dict(program="/nc/other.ngc"), "it is of another program, part.ngc"), (dict(part="0"), "the part is drawn in another way"),
                            (dict(blank="0"), "the blank is another one"), (dict(zero=(-120.002, 0.0)), "the work offset has changed")):
-        choice = rest.choose(plan.order, path, key._replace(**changed))
+        choice = resume.choose(plan.order, path, key._replace(**changed))
         assert choice.stage is None and words in said(choice)[0] and said(choice)[0].endswith("the whole blank is planned"), said(choice)
         assert total_length(choice.plan.steps) == total_length(plan.steps)
-    kept.note(record, kept.ASKED)
-    choice = rest.choose(plan.order, path, key)
+    stock_file.note(record, stock_file.ASKED)
+    choice = resume.choose(plan.order, path, key)
     assert choice.stage is None and "nobody has confirmed" in said(choice)[0]
-    kept.note(record, kept.CONFIRMED)
-    assert rest.choose(plan.order, path, key).stage is not None
-    kept.end(record)
-    kept.end(record)
-    assert rest.choose(plan.order, path, key).stage is None
+    stock_file.note(record, stock_file.CONFIRMED)
+    assert resume.choose(plan.order, path, key).stage is not None
+    stock_file.end(record)
+    stock_file.end(record)
+    assert resume.choose(plan.order, path, key).stage is None
 
 
 def test_what_another_blank_or_part_is(tmp_path):
     """Every number of the drawing and of the WORKPIECE line counts, the line that it is on does not."""
     case = random_case(random.Random(8))
     plan, *_ = planned(case, tmp_path)
-    key = kept.key_of(plan.order, "a", ZERO)
+    key = stock_file.key_of(plan.order, "a", ZERO)
     moved = [p._replace(line=p.line + 7) for p in plan.order.part.outside]
-    assert kept.key_of(replace(plan.order, part=replace(plan.order.part, outside=moved)), "a", ZERO) == key
+    assert stock_file.key_of(replace(plan.order, part=replace(plan.order.part, outside=moved)), "a", ZERO) == key
     wider = [p._replace(xr=p.xr + 1e-9) for p in plan.order.blank.outside]
-    assert kept.key_of(replace(plan.order, blank=replace(plan.order.blank, outside=wider)), "a", ZERO).blank != key.blank
+    assert stock_file.key_of(replace(plan.order, blank=replace(plan.order.blank, outside=wider)), "a", ZERO).blank != key.blank
     thinner = [p._replace(xr=p.xr - 1e-9) for p in plan.order.part.outside]
-    assert kept.key_of(replace(plan.order, part=replace(plan.order.part, outside=thinner)), "a", ZERO).part != key.part
+    assert stock_file.key_of(replace(plan.order, part=replace(plan.order.part, outside=thinner)), "a", ZERO).part != key.part
 
 
 def test_a_finished_part_is_not_nothing_to_do(part):
     """The end of the file was lost when LinuxCNC was killed: the next blank is not left as it is."""
     plan, key, path, record = part
-    kept.note(record, len(rest.stages(plan).stages) - 1)
-    choice = rest.choose(plan.order, path, key)
+    stock_file.note(record, len(resume.stages(plan).stages) - 1)
+    choice = resume.choose(plan.order, path, key)
     assert choice.stage is None and "is finished" in said(choice)[0] and any(s.needed for s in choice.plan.steps)
 
 
 def test_what_cannot_be_planned_from_is_left_alone(part):
     """A stage that the blank's check refuses: smaller than the part."""
     plan, key, path, _record = part
-    stages = rest.stages(plan).stages
+    stages = resume.stages(plan).stages
     thin = [p._replace(xr=p.xr - 5.0) for p in stages[3].outside]
-    kept.note(kept.write(path, key, [stages[0], stages[3]._replace(outside=thin)]), 1)
-    choice = rest.choose(plan.order, path, key)
+    stock_file.note(stock_file.write(path, key, [stages[0], stages[3]._replace(outside=thin)]), 1)
+    choice = resume.choose(plan.order, path, key)
     assert choice.stage is None and "cannot be planned: the blank is smaller than the part" in said(choice)[0]
     with pytest.raises(CycleError, match="no stock is left"):
-        rest.blank_of(stages[3]._replace(outside=[p._replace(xr=-1.0, slope=0.0, r=0.0) for p in stages[3].outside]))
+        resume.blank_of(stages[3]._replace(outside=[p._replace(xr=-1.0, slope=0.0, r=0.0) for p in stages[3].outside]))
 
 
 def damaged(text):
@@ -184,25 +185,25 @@ def test_a_file_that_cannot_be_used_is_named(part, tmp_path):
     for k, wrong in enumerate(damaged(text)):
         with open(path, "w", encoding="utf-8") as file:
             file.write(wrong)
-        choice = rest.choose(plan.order, path, key)
+        choice = resume.choose(plan.order, path, key)
         assert choice.stage is None and said(choice)[0].startswith("chipwise: turning.jsonl: it is not what chipwise has written; remove the file; "), (k, said(choice))
     with open(path, "wb") as file:
         file.write(b"\xff\xfe\x00")
-    assert "it is not UTF-8" in said(rest.choose(plan.order, path, key))[0]
+    assert "it is not UTF-8" in said(resume.choose(plan.order, path, key))[0]
     os.unlink(path)
     os.mkfifo(path)
-    assert "it is not a regular file" in said(rest.choose(plan.order, path, key))[0]
-    os.truncate(tmp_path / "part.ngc", kept.MAX_BYTES + 1)
-    assert f"more than {kept.MAX_BYTES}" in said(rest.choose(plan.order, str(tmp_path / "part.ngc"), key))[0]
+    assert "it is not a regular file" in said(resume.choose(plan.order, path, key))[0]
+    os.truncate(tmp_path / "part.ngc", stock_file.MAX_BYTES + 1)
+    assert f"more than {stock_file.MAX_BYTES}" in said(resume.choose(plan.order, str(tmp_path / "part.ngc"), key))[0]
 
 
 def test_a_long_profile_makes_no_long_file(part):
     """More cuts than a file holds: every second or third of them is kept, and the end of each step."""
     plan, *_ = part
     many = [replace(s, cuts=[(k + 1, s.after[False] * 30) for k in range(200)]) if s.name == "rough outside" else s for s in plan.steps]
-    found = rest.stages(replace(plan, steps=tuple(many)))
+    found = resume.stages(replace(plan, steps=tuple(many)))
     pieces = sum(len(s.outside) for s in found.stages)
-    assert pieces < 1.2 * rest.MOST_PIECES + 20 * len(found.stages)
+    assert pieces < 1.2 * resume.MOST_PIECES + 20 * len(found.stages)
     assert [m[-1][0] for m in found.marks.values()] == [len(s.moves) for s in plan.steps if s.needed]
 
 
@@ -229,8 +230,8 @@ def test_the_preview_shows_what_a_run_would_do_and_writes_nothing(tmp_path):
     (tmp_path / "program.ngc").write_text(PROGRAM)
     request, lathe = read_request(PROGRAM), Machine(Ini(str(ini)), load_settings(str(ini)), str(ini))
     order = make_order(job_of(str(tmp_path / "program.ngc"), request, lathe), PROGRAM, request, lathe)
-    stages = rest.stages(make_plan(order)).stages
-    kept.note(kept.write(str(tmp_path / "turning.stock"), kept.key_of(order, str(tmp_path / "program.ngc"), (0.0, 0.0)), stages), 4)
+    stages = resume.stages(make_plan(order)).stages
+    stock_file.note(stock_file.write(str(tmp_path / "turning.stock"), stock_file.key_of(order, str(tmp_path / "program.ngc"), (0.0, 0.0)), stages), 4)
     content = (tmp_path / "turning.stock").read_bytes()
 
     def feeds(text):

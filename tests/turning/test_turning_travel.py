@@ -5,7 +5,7 @@ import random
 import pytest
 
 from chipwise.errors import CycleError
-from chipwise.turning import travel
+from chipwise.turning import soft_limits
 from support.random_cases import random_count, random_seed
 from support.turning_oracle import moves
 from support.turning_random import random_case
@@ -24,7 +24,7 @@ def extremes(text, unit):
 def refused(plan, limits, zero, offsets):
     """The message of travel.check(), "" if all is within."""
     try:
-        travel.check([(n, s) for n, s in enumerate(plan.steps, 1) if s.needed], limits, zero, offsets)
+        soft_limits.check([(n, s) for n, s in enumerate(plan.steps, 1) if s.needed], limits, zero, offsets)
     except CycleError as error:
         return error.text()
     return ""

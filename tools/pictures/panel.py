@@ -17,8 +17,8 @@ ROOT = Path(__file__).resolve().parent.parent.parent
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "remap")]
 
 from chipwise.entry import mdi  # noqa: E402
-from chipwise.panel import line_process, lines  # noqa: E402
-from chipwise.panel.ahead import Ahead  # noqa: E402
+from chipwise.panel import entry, entry_process  # noqa: E402
+from chipwise.panel.look_ahead import Ahead  # noqa: E402
 from chipwise.panel.watch import LOOK_S  # noqa: E402
 from support import panel_browser, panel_rig  # noqa: E402
 
@@ -94,7 +94,7 @@ class Mdi:
 
 def entry_picture(folder):
     """docs/user/panel_entry.png and panel_tools.png."""
-    found = lines.Lines(str(ROOT / "configs" / "mill.ini"), lambda order: line_process.answer(order, Mdi))
+    found = entry.Lines(str(ROOT / "configs" / "mill.ini"), lambda order: entry_process.answer(order, Mdi))
     with panel_rig.serving("a-word-of-yours", lines=found) as rig:
         rig.machine.tasks["program"] = "pocket.ngc"
         rig.looks()

@@ -10,7 +10,8 @@ import time
 
 from chipwise.program import post_comments
 from chipwise.check.assume import Assumption, Unknown, assume, compare, halves, surveyed
-from chipwise.check import doubts, rules
+from chipwise.check import extra_needles
+from chipwise.check import rules
 from chipwise.check.findings import MACHINE, Finding
 from chipwise.program.program_file import TOOL, UNCHECKED, Lacking, Missing, Unfinished, Unreadable
 from chipwise.program.reader import CPU_S, LENGTHS, Reader
@@ -116,7 +117,7 @@ def _judged(program, machine, read, stock, cell, progress, cpu_s, assumption, si
         simulation = simulated(program, machine, wanted, settings, tools, needles, assumption)
         try:
             result = _run(simulation, read(stock), progress, cpu_s)
-            needles = doubts.needles(simulation.doubts, simulation.segments, result.cell)
+            needles = extra_needles.needles(simulation.doubts, simulation.segments, result.cell)
             if not needles:
                 break
         except TooCoarse as error:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The path of a program as a picture needs it.  Pure; mm, machine coordinates of the tool's tip.
 
-Called by drawing.py, for the report of a check, by panel/ahead_process.py, for the path ahead of the tool, and by setup/measure.py.
+Called by drawing.py, for the report of a check, by panel/look_ahead_process.py, for the path ahead of the tool, and by setup/measure.py.
 
 Thinner: of points that lie within a step of path the last is kept, and both ends of a longer move, so a corner between long moves stays where it
 is, and no point of the program is further than the step from a kept one.  If there are more than MOST_POINTS, the step is doubled.  A point where

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A Machine with the work offsets and the tool that are in force.  Called by the processes that read the loaded program: panel/ahead_process.py,
+"""A Machine with the work offsets and the tool that are in force.  Called by the processes that read the loaded program: panel/look_ahead_process.py,
 panel/set_up.py, monitor/shadow_process.py, setup/job_process.py and setup/time_process.py; resume/running.py takes the work offsets alone."""
 
 from chipwise.program.reader import Machine

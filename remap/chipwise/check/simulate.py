@@ -14,7 +14,8 @@ import math
 
 import numpy as np
 
-from chipwise.check import doubts, rules
+from chipwise.check import extra_needles
+from chipwise.check import rules
 from chipwise.program import records
 from chipwise.check.clamps import Clamps
 from chipwise.check.drawing import Draughtsman
@@ -273,7 +274,7 @@ class Simulation(ToothRules):
     def _doubt(self, positions, cuts, depth, limit):
         """Keep the moves up that may cut deeper than they are judged."""
         if not self.needles:
-            found = doubts.doubtful(np.concatenate((self.position[None], positions[:-1])), positions, cuts, depth, limit)
+            found = extra_needles.doubtful(np.concatenate((self.position[None], positions[:-1])), positions, cuts, depth, limit)
             if len(found):
                 self.doubts.setdefault(self.stock_number, []).append((self.shape.diameter / 2, found))
 

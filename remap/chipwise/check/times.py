@@ -9,7 +9,7 @@ import numpy as np
 
 from chipwise.check import blends
 from chipwise.program import records
-from chipwise.check.load import Load
+from chipwise.check.rate_histogram import Load
 from chipwise.program.reader import Unreadable
 from chipwise.clib.height_map import times
 from chipwise.clib.layout import FeedMode

@@ -28,7 +28,7 @@ def check(program, arguments):
 
 def rewrite(program, arguments):
     """As rewrite.one.one."""
-    from chipwise.rewrite.one import one
+    from chipwise.rewrite.batch_job import one
     return one(program, lambda share: None, arguments)
 
 

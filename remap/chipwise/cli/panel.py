@@ -52,7 +52,7 @@ def run(options):
         import linuxcnc
 
         from chipwise.monitor.takeover import ini_file
-        from chipwise.panel.lines import Lines
+        from chipwise.panel.entry import Lines
         ini = ini_file(linuxcnc)
         settings = load_settings(ini)
         parts = colours.load(settings.path('COLOURS')), Lines(ini)
@@ -93,7 +93,7 @@ def serve(settings, ini, *parts):
     import linuxcnc
     from chipwise.options.machine import CommandError
     from chipwise.monitor.start_line import Quiet, running
-    from chipwise.panel.ahead import Ahead
+    from chipwise.panel.look_ahead import Ahead
     from chipwise.panel.machine import Machine, wait_for_task
     from chipwise.panel.watch import LOOK_S, Watch
     signal.signal(signal.SIGTERM, leave)

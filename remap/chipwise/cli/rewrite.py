@@ -45,7 +45,7 @@ def add_arguments(parser):
 
 def run(options):
     """-> exit status."""
-    from chipwise.rewrite.one import one
+    from chipwise.rewrite.batch_job import one
     check_options(options)
     arguments = machine_of(options, refuse)
     arguments.update(tool_of(options.tool, options.tool_diameter, arguments['machine'], refuse, '--tool-diameter'))

@@ -50,7 +50,7 @@ def results_of(options, programs, progress, arguments):
     """Yield (number, Rewritten) of each program as it is ready."""
     from chipwise.batch.cluster import ClusterError, on_cluster
     from chipwise.batch.pool import on_processes
-    from chipwise.rewrite.one import failed, one
+    from chipwise.rewrite.batch_job import failed, one
     if options.scheduler is None:
         yield from on_processes(options.jobs or os.cpu_count() or 1, one, programs, arguments, failed, progress)
         return

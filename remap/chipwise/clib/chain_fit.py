@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """As few lines and arcs as fit into a band of heights: components/offline/chain_fit.c from Python.
 
-Called by surface/raster.py and rewrite/fewer.py.  Lengths mm.
+Called by surface/raster.py and rewrite/merge_moves.py.  Lengths mm.
 """
 from __future__ import annotations
 

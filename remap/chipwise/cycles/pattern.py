@@ -25,7 +25,7 @@ import numpy as np
 
 from chipwise.cycles.plan import CyclePlan, Note, Report
 from chipwise.cycles.reach import Reach
-from chipwise.cycles.travel import Travel
+from chipwise.cycles.soft_limits import Travel
 from chipwise.errors import CycleError, braceless
 from chipwise.moves import CALLERS_PATH, Code, Copy, Rapid
 from chipwise.pattern.climb import reversed_chains

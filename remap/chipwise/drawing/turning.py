@@ -5,7 +5,7 @@ from html import escape
 
 from chipwise.errors import printable
 from chipwise.turning.blocks import controlled
-from chipwise.turning.graph import clip, value
+from chipwise.turning.profile_function import clip, value
 
 WIDTH, EDGE, LINE = 1000.0, 40.0, 18.0
 BLANK, PART, LEFT_OVER, RAPID, BARRIER = "#e4e1da", "#9db4c8", "#c0392b", "#8a8a8a", "#5b4a72"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Runs one line by MDI in the LinuxCNC that runs here, or says why not; opens a program in it.  Called by cli/enter.py, panel/line_process.py, resume/running.py.
+"""Runs one line by MDI in the LinuxCNC that runs here, or says why not; opens a program in it.  Called by cli/enter.py, panel/entry_process.py, resume/running.py.
 
     state = read()              what the machine is doing; CycleError without a LinuxCNC
     check(state, unit, cuts)    CycleError unless the line may be run now

@@ -133,7 +133,7 @@ def _with_findings(result, mended, refuse, verdict):
 
 def _rewrite(program, machine, settings, result, folder, limits, progress, verdict):
     """Rewrite it as the settings say, with a note; -> the rule that the new program does not break any more, or None."""
-    from chipwise.rewrite.proof import Different
+    from chipwise.rewrite.read_back import Different
     from chipwise.rewrite.run import rewritten
     flute = settings["FILTER_REWRITE"] == "flute"
     if flute and not any(finding.rule == FLUTE for finding in result.findings.kept) and not result.findings.dropped:

@@ -5,7 +5,7 @@ import math
 
 from chipwise.errors import CycleError
 from chipwise.glue import shape
-from chipwise.pattern import hand
+from chipwise.pattern import mirroring
 
 ROUGH_WORDS = "qpidljerzkh"
 FINISH_WORDS = "qpijerzkh"
@@ -34,7 +34,7 @@ def _words(state, finish):
     passes = state.number("l")
     chop_size = state.chop_size()
     return dict(
-        side=OTHER_SIDE.get(side, side) if hand.mirrored else side, backwards=hand.mirrored, tool_radius=diameter / 2, bottom=bottom, clearance=clearance, allowance=state.length("i") or 0.0,
+        side=OTHER_SIDE.get(side, side) if mirroring.mirrored else side, backwards=mirroring.mirrored, tool_radius=diameter / 2, bottom=bottom, clearance=clearance, allowance=state.length("i") or 0.0,
         passes=1 if passes is None else passes, step=state.length("d"),
         approach=state.length("k"), angle=math.radians(state.approach_angle()), close_gap=state.settings["CLOSE_GAP"],
         start=state.position(), finish=finish, chop_size=chop_size if finish else 0.0, **state.depth_step(),

@@ -18,7 +18,7 @@ import emccanon
 from chipwise.glue.ceiling import set_canon_feed
 from chipwise.glue.path_mode import PathMode
 from chipwise.gcode_lines import path_text
-from chipwise.pattern import hand
+from chipwise.pattern import mirroring
 
 _ABSOLUTE = 0  # interp_internal.hh: DISTANCE_MODE
 _PER_REV = 2   # interp_internal.hh: FEED_MODE
@@ -51,7 +51,7 @@ def emit(interp, line_number, chunk, lathe=False):
     motion_mode, feed_before, number_before = interp.motion_mode, interp.feed_rate, interp.sequence_number
     forced, modes_before = _modes(interp, lathe)
     interp.sequence_number = line_number
-    hand.emitting = True
+    mirroring.emitting = True
     path = PathMode(interp)
     try:
         interp.execute(forced)
@@ -65,7 +65,7 @@ def emit(interp, line_number, chunk, lathe=False):
             for line in lines.split("\n"):
                 path.execute(line)
     finally:
-        hand.emitting = False
+        mirroring.emitting = False
         path.end()
         # a G33 ends the feed per revolution until a feed is set again (emccanon.cc: STOP_SPEED_FEED_SYNCH, 2.9.0~pre1)
         if interp.feed_rate != feed_before or lathe and interp.feed_mode == _PER_REV:

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """G12 / G13: words -> the fields of a HoleRequest.  Called by codes.py through session.run_cycle."""
 
-from chipwise.pattern import hand
+from chipwise.pattern import mirroring
 
 WORDS = "xyzrijkqeh"
 
 
 def order_of(ccw):
     """The order of G12 (ccw False) or G13 (ccw True) for session.run_cycle: State -> Order."""
-    return lambda state: state.order("hole", _fields(state, ccw != hand.mirrored))
+    return lambda state: state.order("hole", _fields(state, ccw != mirroring.mirrored))
 
 
 def _fields(state, ccw):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Named parameters: which the interpreter has, which are chipwise's, and which of those the running program has set.
 
-Called by glue/state.py and glue/shape.py for their values, and by glue/context.py.
+Called by glue/state.py and glue/shape.py for their values, and by glue/program_run.py.
 
 Global named parameters live as long as milltask, while a preview has an interpreter of its own: a program would be run
 with what the one before it has left, and its preview would not show that.  So when a program begins, and when MDI

@@ -13,7 +13,7 @@ import emccanon
 from chipwise.errors import MM_PER_INCH
 from chipwise.gcode_lines import path_text
 from chipwise.moves import CALLERS_PATH, PATH
-from chipwise.pattern import hand
+from chipwise.pattern import mirroring
 
 _CODES = {610: 61, 611: 61.1, 640: 64}      # by the interpreter's active G-code, which the preview has, too
 
@@ -48,7 +48,7 @@ class PathMode:
         self._changed = line != CALLERS_PATH
         _Sent.inside = _Sent.inside or self._changed and bool(self._interp.task)
         if self._changed:       # the reader of a pattern around this one sees a line by its comment (pattern/runner.py)
-            self._interp.execute(line if hand.path is None else line + " (.)")
+            self._interp.execute(line if mirroring.path is None else line + " (.)")
         else:
             self._put_back()
 
@@ -66,8 +66,8 @@ class PathMode:
 def _callers(interp):
     """Lines that make the path mode what it is now."""
     unit_mm = MM_PER_INCH if interp.length_units == emccanon.CANON_UNITS.CANON_UNITS_INCHES else 1.0
-    if hand.path is not None:
-        return (f"{path_text(*hand.path, unit_mm)} (.)" if hand.path else f"({hand.CALLERS})",)
+    if mirroring.path is not None:
+        return (f"{path_text(*mirroring.path, unit_mm)} (.)" if mirroring.path else f"({mirroring.CALLERS})",)
     code = next((_CODES[c] for c in interp.active_g_codes if c in _CODES), 64)
     if code == 64:
         return (path_text(64, emccanon.GET_EXTERNAL_MOTION_CONTROL_TOLERANCE(), emccanon.GET_EXTERNAL_MOTION_CONTROL_NAIVECAM_TOLERANCE(), 1.0),)

@@ -7,9 +7,10 @@ from dataclasses import replace
 import emccanon
 
 from chipwise.errors import CycleError
-from chipwise.glue import robot, shape, stations, travel
+from chipwise.glue import soft_limits
+from chipwise.glue import robot, shape, stations
 from chipwise.program import known_stock
-from chipwise.pattern import hand
+from chipwise.pattern import mirroring
 from chipwise.pattern.job import DEPTH, PatternJob
 
 WORDS = "qxyzrhlijkp"
@@ -60,7 +61,7 @@ def _fields(state, station):
         shift.append(0.0 if value is None else now + value if state.incremental else value)
     copies = state.number("l")
     return dict(shift=tuple(shift), start=here, chord=state.settings["CHORD"], rotation=state.number("r") or 0.0,
-                mirror=state.number("h") or 0, copies=1 if copies is None else copies, in_mirror=hand.mirrored, travel=travel.of(state), keep_climb=_keep_climb(state), close_gap=state.settings["CLOSE_GAP"],
+                mirror=state.number("h") or 0, copies=1 if copies is None else copies, in_mirror=mirroring.mirrored, travel=soft_limits.of(state), keep_climb=_keep_climb(state), close_gap=state.settings["CLOSE_GAP"],
                 step=(state.length("i") or 0.0, state.length("j") or 0.0), turn=state.number("k") or 0.0)
 
 
@@ -80,6 +81,6 @@ def _job(state, up, letters):
     turn = (3 if params["_spindle_cw"] else 4) if params["_spindle_on"] else 5
     motion, top = interp.motion_mode, known_stock.top(interp)
     sub = replace(shape.job(state, shape.sub_number(state)), lathe="Y" not in letters, diameter=bool(params["_lathe_diameter_mode"]))
-    return PatternJob(sub, mirrored=hand.mirrored, axes=letters, per_rev=interp.feed_mode != 0, orientation=interp.tool_table[0].orientation,
+    return PatternJob(sub, mirrored=mirroring.mirrored, axes=letters, per_rev=interp.feed_mode != 0, orientation=interp.tool_table[0].orientation,
                       spindle=(turn, float(interp.speed[0])), coolant=(bool(params["_mist"]), bool(params["_flood"])),
                       motion=motion // 10 if motion in _MODES else 0, stock_top=None if top is None or up is None else top - up)

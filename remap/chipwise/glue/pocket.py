@@ -2,7 +2,7 @@
 """G79: words -> the fields of a PocketRequest.  Called by codes.py through session.run_cycle."""
 
 from chipwise.glue import shape
-from chipwise.pattern import hand
+from chipwise.pattern import mirroring
 
 WORDS = "qdikplzrjeh"
 
@@ -26,5 +26,5 @@ def _words(state):
         bottom=bottom, clearance=clearance, tool_radius=diameter / 2,
         step=STEP_SHARE * diameter if step is None else step, close_gap=state.settings["CLOSE_GAP"],
         side_allowance=state.length("i") or 0.0, floor_allowance=state.length("k") or 0.0, strategy=state.number("p") or 0,
-        direction=float(state.number("l") or 0), climb=state.turns_clockwise() != hand.mirrored,
+        direction=float(state.number("l") or 0), climb=state.turns_clockwise() != mirroring.mirrored,
         traverse_clearance=state.settings["TRAVERSE_CLEARANCE"], ramp_angle=state.ramp_angle(), start=state.position(), **state.depth_step(), **state.feeds())

@@ -11,7 +11,7 @@ import subprocess
 from chipwise import ini
 from chipwise.host.clock import patience
 from chipwise.errors import CycleError, braceless
-from chipwise.glue.travel import tool_offset
+from chipwise.glue.soft_limits import tool_offset
 from chipwise.machine import limits
 
 PATIENCE_S = 5.0

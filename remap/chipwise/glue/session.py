@@ -5,7 +5,7 @@
 
 refuse() is the only place where errors become the operator's message.  A cycle is planned completely before its first
 move is emitted, so one that cannot be done emits nothing.  Nothing here touches HAL.  While a cycle takes longer
-the task gets its turns (turn.py), so that Stop works.
+the task gets its turns (task_share.py), so that Stop works.
 """
 
 import os
@@ -17,16 +17,17 @@ from chipwise import report
 from chipwise.planner import client
 from chipwise.program import preview
 from chipwise.errors import CycleError, clip, printable
-from chipwise.glue import barriers, clamps, context, emit, known_cuts, named, path_mode, task, volumetric
+from chipwise.glue import program_run
+from chipwise.glue import barriers, clamps, emit, known_cuts, named, path_mode, task, volumetric
 from chipwise.program import known_stock
 from chipwise.glue.ceiling import restore_programmed
 from chipwise.glue.state import State
-from chipwise.glue.turn import Turn, hand_over
+from chipwise.glue.task_share import TaskShare, hand_over
 
 
 def begin(interp, words):
     """Before anything else: what the program before, or MDI, has left ends; the program's own F."""
-    another = context.enter(interp, words)
+    another = program_run.enter(interp, words)
     if another:
         known_stock.forget(interp)
         barriers.forget(interp)
@@ -69,7 +70,7 @@ def _first_feed(interp, words, feed):
 def carry_out(state, turn, outcome):
     """Execute the chunks of an Outcome: a generator that yields where the task gets its turn."""
     for chunk in outcome.chunks:
-        if turn.is_over(chunk) and not context.may_be_skipped():
+        if turn.is_over(chunk) and not program_run.may_be_skipped():
             yield from turn.wait()
         emit.emit(state.interp, state.line_number, chunk)
         turn.count(chunk)
@@ -84,14 +85,14 @@ def run_cycle(interp, code, kwargs, order_of, check=State.check_modes, do=carry_
     order_of  function of a State, giving an Order
     check     function of a State that refuses modes
     do        generator function that executes the Outcome
-    Yields INTERP_EXECUTE_FINISH for each wait (turn.py) and in the end INTERP_OK or, with the message set, INTERP_ERROR:
+    Yields INTERP_EXECUTE_FINISH for each wait (task_share.py) and in the end INTERP_OK or, with the message set, INTERP_ERROR:
     never an exception, never a traceback.
     """
     try:
-        turn = Turn(interp)
+        turn = TaskShare(interp)
         begin(interp, kwargs)
         named.check_known(interp)
-        if context.skipped():       # what is queued before a wait would be executed
+        if program_run.skipped():       # what is queued before a wait would be executed
             yield INTERP_OK
             return
         state = State(interp, code, kwargs)
@@ -168,7 +169,7 @@ def place(interp, kwargs):
         if line <= 0:
             return ""
         level = interp.call_level
-        if level <= 1 and context.is_mdi():     # the number of the line that was read last
+        if level <= 1 and program_run.is_mdi():     # the number of the line that was read last
             return ""
         if level > 0 and interp.sub_context[0].filename not in ("", interp.filename):
             return printable(f" (line {line} of {os.path.basename(interp.filename)})")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What run from line reads over: whether a later line of the program defines the stock again.
 
-Called by glue/context.py.  Pure.  A line in a sub, in a branch or loop, or with block delete may not be executed, so it does not count.
+Called by glue/program_run.py.  Pure.  A line in a sub, in a branch or loop, or with block delete may not be executed, so it does not count.
 """
 
 import re

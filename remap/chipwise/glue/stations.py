@@ -10,7 +10,7 @@ import math
 import emccanon
 
 from chipwise.errors import CycleError
-from chipwise.glue import context
+from chipwise.glue import program_run
 from chipwise.stations import ORIGIN, ON_X, ON_Y, store
 
 PROBED = (5061, 5062, 5063)         # parameters: where the last G38 has found something, and
@@ -29,7 +29,7 @@ def teach(state):
         raise CycleError(f"H{how:g} is neither H0 nor H1", "use H1 for the last probed position, or leave H out")
     if not state.interp.task:
         return
-    if context.skipped() or context.may_be_skipped():
+    if program_run.skipped() or program_run.may_be_skipped():
         emccanon.MESSAGE("chipwise: M255: run from line skips this line, so the station stays as it is")
         yield                       # without one the message is thrown away with all that the line has queued
         return

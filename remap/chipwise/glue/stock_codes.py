@@ -14,7 +14,8 @@ from chipwise.host import files
 from chipwise.program import preview
 from chipwise.host.clock import patience
 from chipwise.errors import CycleError
-from chipwise.glue import context, known_cuts
+from chipwise.glue import program_run
+from chipwise.glue import known_cuts
 from chipwise.program import known_stock
 from chipwise.glue.registers import InForce, send, status_now, status_value
 from chipwise.glue.workpiece import check_extent, check_fits, stock_of
@@ -81,11 +82,11 @@ def _run_from_line_keeps_stock(state, box=None):
     -> True where the line is read over, and the stock in force stays.  Raises CycleError where that is not the stock of
     this line (box: low, high, shape, turn; None for M254), or where it cannot be known and there is a stock to lose.
     """
-    if not (context.skipped() or context.may_be_skipped()):
+    if not (program_run.skipped() or program_run.may_be_skipped()):
         return False
     _mode, defined, _fault = status_now(state)
     same = box is None or InForce.box is None or _same_box(box, InForce.box)
-    if context.may_be_skipped():
+    if program_run.may_be_skipped():
         if defined and same:
             raise CycleError("chipwise cannot tell whether run from line executes or skips this line, and a "
                              "stock is in force", "run the program again, or give this line in MDI")
@@ -93,7 +94,7 @@ def _run_from_line_keeps_stock(state, box=None):
     if not defined:
         raise CycleError("run from line skips this line and no stock is defined",
                          f"give it in MDI, or restore the stock with M254, or {_START_BEFORE}")
-    if not same and context.stock_is_defined_again(state.interp):     # that line decides
+    if not same and program_run.stock_is_defined_again(state.interp):     # that line decides
         return True
     if not same:
         raise CycleError("run from line skips this line, and the stock in force is a different one",
@@ -158,7 +159,7 @@ def _file_request(state, commit, what):
 
 def save_stock(state):
     """M253."""
-    if state.interp.task and context.skipped():
+    if state.interp.task and program_run.skipped():
         _slot(state)
         emccanon.MESSAGE("chipwise: M253: run from line skips this line, so the file stays as it is")
         yield

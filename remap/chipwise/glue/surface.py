@@ -13,7 +13,7 @@ from chipwise.errors import CycleError
 from chipwise.glue import known_cuts
 from chipwise.program import known_stock
 from chipwise.ini import Ini, file_name
-from chipwise.pattern import hand
+from chipwise.pattern import mirroring
 from chipwise.tool_data.geometry import ToolGeometry, tool_geometry
 
 WORDS = "dlzrikep"
@@ -42,7 +42,7 @@ def _words(state):
     return dict(
         bottom=bottom, clearance=clearance, tool=Shape.of_tool(diameter, geometry), step=state.needed("d", "step-over"),
         direction=float(state.number("l") or 0), allowance=state.length("i") or 0.0, relief=RELIEF if relief is None else relief,
-        link=state.number("p") or 0, climb=state.turns_clockwise() != hand.mirrored, tolerance=state.settings["SURFACE_TOLERANCE"],
+        link=state.number("p") or 0, climb=state.turns_clockwise() != mirroring.mirrored, tolerance=state.settings["SURFACE_TOLERANCE"],
         stock_top=None if top is None else top - state.machine_point((0.0, 0.0, 0.0))[2], cell=state.settings["CELL"],
         start=state.position(), depth=_height(state, "_chipwise_surface_depth"), least=_height(state, "_chipwise_surface_rest"),
         scallop=_height(state, "_chipwise_surface_scallop"), arcs=not state.interp.rotation_xy,

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What LinuxCNC's task knows and the interpreter does not: MDI or a program, another run of it, the line it starts from.
 
-Called by glue/context.py, in milltask only, but for is_here(), which glue/session.py asks when it is imported.
+Called by glue/program_run.py, in milltask only, but for is_here(), which glue/session.py asks when it is imported.
 
 1. milltask's variable `taskplanopen` is 1 from the opening of a program to its end, abort or error, and 0 otherwise.
    LinuxCNC asks only whether it is 0, so is_new_run() turns the 1 it finds into a 2: a 1 that is found later is another run.

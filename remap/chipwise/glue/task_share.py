@@ -48,7 +48,7 @@ def _size(chunk):
     return sum(lines.count("\n") + 1 for _, lines, *_line in chunk)
 
 
-class Turn:
+class TaskShare:
     """One cycle's view of it."""
 
     def __init__(self, interp):

@@ -6,7 +6,7 @@ the spindle standing included, the feed is F (core/feed.h, 15).
 """
 
 from chipwise.tool_data.chip_loads import chip_limit
-from chipwise.glue import context
+from chipwise.glue import program_run
 from chipwise.tool_data.materials import material_of_file
 from chipwise.tool_data.geometry import tool_geometry
 
@@ -20,7 +20,7 @@ def lacking(state):
     if geometry.chip_load:
         return ""
     settings = state.settings
-    material = material_of_file(context.main_file(state.interp), settings["MATERIAL"], settings.path("MATERIALS"))
+    material = material_of_file(program_run.main_file(state.interp), settings["MATERIAL"], settings.path("MATERIALS"))
     spindle = settings["SPINDLE_POWER"] or settings["SPINDLE_TORQUE"]
     if material and (spindle or chip_limit(state.tool_diameter(), geometry, material, settings)):
         return ""

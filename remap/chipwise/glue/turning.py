@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """G26 and G27: words and modes -> the order of the planner, and its blocks -> tool changes, spindle and lines.
 
-Called by codes.py through session.run_cycle.  The plan is that of `chipwise turn` (turning/outcome.py), the lines are those that it
+Called by codes.py through session.run_cycle.  The plan is that of `chipwise turn` (turning/g26_plan.py), the lines are those that it
 writes (turning/blocks.py).
 
 A tool change is a line of its own in the task: it is queued, the remap yields, and when the machine has done it LinuxCNC has the
@@ -19,8 +19,9 @@ from interpreter import INTERP_EXECUTE_FINISH
 
 from chipwise import ini
 from chipwise.errors import Across, CycleError, clip
-from chipwise.glue import barriers, context, emit, shape, travel
-from chipwise.turning import kept
+from chipwise.glue import program_run, soft_limits
+from chipwise.glue import barriers, emit, shape
+from chipwise.turning import stock_file
 from chipwise.turning.blocks import approach
 from chipwise.turning.request import Request, complete, read_program, read_spindle
 
@@ -52,11 +53,11 @@ def _order(state, single):
     if say not in (0, 1):
         raise CycleError(f"H{say:g} is neither 0 nor 1", "H1 only says the plan")
     _refuse_remapped()
-    program = "" if context.is_mdi() else state.program()
+    program = "" if program_run.is_mdi() else state.program()
     request = _request(state, read_program(program))
     job = replace(shape.job(state, request.words["Q"]), lathe=True, diameter=request.diameter)
-    stock = "" if single or not program or context.may_be_skipped() else state.settings.path("TURNING_STOCK")
-    fields = {"request": request, "program": program, "number": int(number or 0), "only_say": bool(say), "zero": barriers.shift(state), "home": state.position()[2::-2], "limits": travel.lathe(state), "stock": stock,
+    stock = "" if single or not program or program_run.may_be_skipped() else state.settings.path("TURNING_STOCK")
+    fields = {"request": request, "program": program, "number": int(number or 0), "only_say": bool(say), "zero": barriers.shift(state), "home": state.position()[2::-2], "limits": soft_limits.lathe(state), "stock": stock,
               "keep": bool(stock and state.interp.task)}
     return state.order("turning", fields, job)
 
@@ -64,7 +65,7 @@ def _order(state, single):
 def _request(state, text):
     """Request of the line and the modes in force."""
     interp = state.interp
-    css, cap, speed = read_spindle(text, context.main_line(interp, state.line_number))
+    css, cap, speed = read_spindle(text, program_run.main_line(interp, state.line_number))
     request = Request(line=state.line_number, unit=state.unit, diameter=bool(interp.params["_lathe_diameter_mode"]),
                       per_rev=interp.feed_mode == _PER_REV, css=bool(interp.params["_spindle_css_mode"]), barriers=barriers.in_work_coordinates(state))
     if request.css and not (css and cap and speed):
@@ -103,7 +104,7 @@ def carry_out(state, turn, outcome):
             _check_clear(state, home, plan.clear)
         _emit(state, block.spindle, *approach(block))
         for chunk, stage in zip(chunks, stages):
-            if turn.is_over(chunk) and not context.may_be_skipped():
+            if turn.is_over(chunk) and not program_run.may_be_skipped():
                 yield from turn.wait()
             emit.emit(interp, state.line_number, chunk, lathe=True)
             turn.count(chunk)
@@ -116,7 +117,7 @@ def carry_out(state, turn, outcome):
         _emit(state, plan.spindle)
     if plan.record:
         with contextlib.suppress(OSError):
-            kept.end(plan.record)
+            stock_file.end(plan.record)
 
 
 def _ask(state, turn, plan):
@@ -124,18 +125,18 @@ def _ask(state, turn, plan):
 
     Each block makes the spindle turn again."""
     yield from turn.wait()
-    _note(plan.record, kept.ASKED)
+    _note(plan.record, stock_file.ASKED)
     _emit(state, "M5")
     emccanon.MESSAGE(clip(plan.question))
     emccanon.PROGRAM_STOP()
     yield INTERP_EXECUTE_FINISH
-    _note(plan.record, kept.CONFIRMED)
+    _note(plan.record, stock_file.CONFIRMED)
 
 
 def _note(record, what):
     """Append to the file of the stock.  Where that fails it says less than has been cut, which is safe."""
     with contextlib.suppress(OSError):
-        kept.note(record, what)
+        stock_file.note(record, what)
 
 
 def _emit(state, *lines):

@@ -13,7 +13,8 @@ from chipwise.program import preview
 from chipwise.host.clock import patience
 from chipwise.errors import CycleError, printable
 from chipwise.glue import ceiling as feed_ceiling
-from chipwise.glue import context, task, tooth_limits
+from chipwise.glue import program_run
+from chipwise.glue import task, tooth_limits
 from chipwise.glue.ceiling import Ceiling, set_canon_feed
 from chipwise.glue.registers import InForce, feed_is_carried, job_now, mode_now, queue, send, status_now
 from chipwise.rates import MAX_RATE, MM3_PER_CM3, MM3_PER_IN3
@@ -39,15 +40,15 @@ def begin(interp, another):
         return
     if another:
         InForce.stock_here = InForce.job_asked = False
-    if InForce.feed and (another or context.is_mdi() and mode_now(load_settings()) == OFF):
+    if InForce.feed and (another or program_run.is_mdi() and mode_now(load_settings()) == OFF):
         feed_ceiling.forget(interp)
-        starts = another and not context.is_mdi() and InForce.feed_of_mdi
-        carried = starts and InForce.loaded is not None and InForce.loaded == context.loaded_program(interp)
+        starts = another and not program_run.is_mdi() and InForce.feed_of_mdi
+        carried = starts and InForce.loaded is not None and InForce.loaded == program_run.loaded_program(interp)
         InForce.feed = InForce.feed_carried = carried
         InForce.feed_left, InForce.feed_of_mdi = not carried, False
         if starts and not carried:
             emccanon.MESSAGE("chipwise: " + ENDED)
-    if context.skipped():
+    if program_run.skipped():
         return
     if InForce.feed_carried and another:
         emccanon.SET_AUX_OUTPUT_VALUE(load_settings()["ANALOG_OUT"] + 2, 0.0)       # the F of MDI is not the program's
@@ -157,11 +158,11 @@ def feed_on(state):
         return
     yield from _no_ceiling(state)
     yield from _wait_for_the_tool(state)
-    send(state, Register.FEED_FIRST, [mode, target, lower, 0.0 if context.is_mdi() else 1.0], Register.FEED_COMMIT)
+    send(state, Register.FEED_FIRST, [mode, target, lower, 0.0 if program_run.is_mdi() else 1.0], Register.FEED_COMMIT)
     emccanon.ENABLE_ADAPTIVE_FEED()
     state.interp.adaptive_feed = True
-    InForce.feed, InForce.feed_left, InForce.feed_of_mdi, InForce.feed_carried = True, False, context.is_mdi(), False
-    InForce.loaded, InForce.ceiling = context.loaded_program(state.interp), ceiling
+    InForce.feed, InForce.feed_left, InForce.feed_of_mdi, InForce.feed_carried = True, False, program_run.is_mdi(), False
+    InForce.loaded, InForce.ceiling = program_run.loaded_program(state.interp), ceiling
     yield
     now, defined, _fault = status_now(state)
     if now != mode or not defined:
@@ -179,7 +180,7 @@ def feed_on(state):
 def _say_what_is_in_force(loaded):
     if not InForce.stock_here:
         emccanon.MESSAGE("chipwise: M251: this program has not defined a stock, so the one in force is used")
-    if context.is_mdi():
+    if program_run.is_mdi():
         emccanon.MESSAGE("chipwise: M251 stays on until M252 or until a program starts")
         if loaded:
             emccanon.MESSAGE(f"chipwise: {printable(os.path.basename(loaded[0]))} takes M251 into its next run, once")
@@ -188,7 +189,7 @@ def _say_what_is_in_force(loaded):
 def _begin_ceiling(state, ceiling):
     """F is replaced from here on, or, where run from line reads over the line, from the first code behind the start line."""
     output = state.settings["ANALOG_OUT"] + 2
-    if not context.skipped():
+    if not program_run.skipped():
         feed_ceiling.begin(state.interp, ceiling, output)
         return
     emccanon.SET_AUX_OUTPUT_VALUE(output, 0.0)
@@ -206,7 +207,7 @@ def feed_off(state):
     Ceiling.waiting = None
     yield from _no_ceiling(state)
     InForce.feed = InForce.feed_carried = False
-    _end_of_feed(state.settings, not context.is_mdi())
+    _end_of_feed(state.settings, not program_run.is_mdi())
     yield
 
 
@@ -231,7 +232,7 @@ def keep_line_number(interp, words):
 def job_is_due(interp):
     """Whether this is the main program's first F, and it has a set-up (monitor/set_up.py) or M251 of MDI.  In a tool change that is remapped the level
     is deeper: there the old tool is still in."""
-    if InForce.job_asked or not interp.task or context.is_mdi() or context.skipped() or context.may_be_skipped() or interp.remap_level != 1:
+    if InForce.job_asked or not interp.task or program_run.is_mdi() or program_run.skipped() or program_run.may_be_skipped() or interp.remap_level != 1:
         return False
     InForce.job_asked = True
     ceiling, waits, _active, air = job_now(load_settings())

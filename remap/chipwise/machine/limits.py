@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Soft limits of the axes, from the INI file, mm.  Called by glue/travel.py.
+"""Soft limits of the axes, from the INI file, mm.  Called by glue/soft_limits.py.
 
 LinuxCNC refuses a move whose end is beyond [AXIS_L] or beyond [JOINT_n] (command.c: inRange, 2.9 and 2.10).  With trivial kinematics
 a joint is an axis, so the tighter of both counts; with other kinematics a joint's limit says nothing of an axis.

@@ -5,10 +5,10 @@
     machine.py          the same machine, read for the page
     watch.py            one look after the other: state, figures of a run, alarms
     tiles.py, alarms.py the stock in tiles; the alarms
-    ahead.py            the path ahead and the contours of the loaded program; ahead_process.py reads it, path_ahead.py follows the tool on it
+    look_ahead.py            the path ahead and the contours of the loaded program; look_ahead_process.py reads it, path_window.py follows the tool on it
     tab.py              the page as a tab of AXIS, gmoccapy and QtDragon
     load_log.py         what each tool did in a program (tool_log.py), and each operation (operations.py); log_file.py keeps both
-    lines.py            a typed line: made, planned, run; line_process.py plans and runs it, line_requests.py are the requests about it
+    entry.py            a typed line: made, planned, run; entry_process.py plans and runs it, entry_routes.py are the requests about it
     set_ups.py          the set-up of the loaded program, set_up.py in the process of a plan; resumes.py, resume.py the same for what goes on with it
     visitors.py         how many connections and pages an address may have
     server.py           the web server; page/ has its files, page_colours.py their colours

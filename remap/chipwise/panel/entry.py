@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Entry by fields for the page of `chipwise panel`: the codes with their data, a line of G-code, its plan with a drawing, its run by MDI.
 
-Called by server.py.  A line is made here, at once; it is planned and run in a process of its own (line_process.py).
+Called by server.py.  A line is made here, at once; it is planned and run in a process of its own (entry_process.py).
 
  1. One line is planned at a time, and one thing is run, switched or changed at a time, whatever how many pages there are.  A plan that takes long
     keeps nobody from a run, a guard or a tool.
@@ -42,8 +42,8 @@ REMAP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__
 
 
 def process(order):
-    """Answer of line_process.py to an order.  Raises CycleError if there is none."""
-    child = subprocess.Popen([sys.executable, "-m", "chipwise.panel.line_process"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+    """Answer of entry_process.py to an order.  Raises CycleError if there is none."""
+    child = subprocess.Popen([sys.executable, "-m", "chipwise.panel.entry_process"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                              stderr=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": REMAP}, start_new_session=True)
     try:
         out, words = child.communicate(json.dumps(order), patience(PLAN_S))

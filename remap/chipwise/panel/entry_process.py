@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Plans or runs one typed line, switches a guard, begins a new part, or changes a tool, for the page of `chipwise panel`, in a process of its own: an order as JSON on standard input,
-the answer as JSON on standard output.  Called by lines.py; a plan may compute for long, and the looks at the machine go on meanwhile.
+the answer as JSON on standard output.  Called by entry.py; a plan may compute for long, and the looks at the machine go on meanwhile.
 
     {"do": "plan", "ini", "code", "text", "chop", "mode", "language"}     chop: size in the unit of MDI, "" for that of the INI file
         -> {"line", "unit", "svg", "figures", "messages", "refused", "state"}   refused: why it may not be run now, "" if it may

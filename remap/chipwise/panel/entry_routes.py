@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Requests of the page of `chipwise panel` about a typed line, a guard, a new part, a tool or an alarm: the part of server.py's Handler that asks lines.py."""
+"""Requests of the page of `chipwise panel` about a typed line, a guard, a new part, a tool or an alarm: the part of server.py's Handler that asks entry.py."""
 
 import math
 import urllib.parse
 
 from chipwise.errors import CycleError, printable, unnamed
 from chipwise.panel.alarms import StillActive
-from chipwise.panel.line_process import GUARDS
+from chipwise.panel.entry_process import GUARDS
 from chipwise.setup.job import FARTHEST_MM, MAX_TEXT
 
 HARMLESS = "/plan", "/measure", "/corner", "/resume"        # these change nothing
@@ -172,7 +172,7 @@ class LineRequests:
         self.send_json(200, {"done": True})
 
     def asked(self, work, *values):
-        """What lines.py answers.  Raises Refused with its message."""
+        """What entry.py answers.  Raises Refused with its message."""
         try:
             return work(*values)
         except CycleError as error:

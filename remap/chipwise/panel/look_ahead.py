@@ -3,9 +3,9 @@
 
 Called by watch.py at each look, and by server.py for each page.
 
- 1. While a page is open, the loaded program is read in a process of its own (ahead_process.py), again whenever the file, the work offset, the tool
+ 1. While a page is open, the loaded program is read in a process of its own (look_ahead_process.py), again whenever the file, the work offset, the tool
     or the modes have changed.  A running program is the one that was loaded when it began.
- 2. Before its first run the whole path is ahead.  While it runs, the tool is followed on it (path_ahead.py); a tool that is not near the
+ 2. Before its first run the whole path is ahead.  While it runs, the tool is followed on it (path_window.py); a tool that is not near the
     path for LOST_S has left it, and no path is shown until it is there again.  After the end of the run, nothing is ahead.
  3. A page gets a window of the path: from a multiple of WINDOW points on, twice as many.
 
@@ -25,7 +25,7 @@ from chipwise.check import asked
 from chipwise.check.drawn_path import Path, lengths
 from chipwise.host.clock import patience
 from chipwise.program.loaded import identity, place
-from chipwise.panel.path_ahead import anywhere, follow
+from chipwise.panel.path_window import anywhere, follow
 
 WINDOW = 10_000             # points
 READ_S = 300.0              # until a process that reads is ended
@@ -38,7 +38,7 @@ _FIELDS = (("<f4", 3), ("?", 1), ("<i4", 1), ("<i4", 1))
 
 
 def unpacked(answer):
-    """(dict, Path or None) of what ahead_process.py has written.  Raises ValueError."""
+    """(dict, Path or None) of what look_ahead_process.py has written.  Raises ValueError."""
     first, _, data = answer.partition(b"\n")
     head = json.loads(first)
     arrays, at = [], 0
@@ -56,7 +56,7 @@ class Reading(threading.Thread):
         super().__init__(daemon=True)
         self.found = None
         self._order = json.dumps(order).encode()
-        self._child = asked.start("chipwise.panel.ahead_process")
+        self._child = asked.start("chipwise.panel.look_ahead_process")
         self.start()
 
     def run(self):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Reads the loaded program for the picture of `chipwise panel`, in a process of its own: an order as JSON on standard input, the path and the
-contours of G77, G78 and G79 on standard output.  Called by ahead.py.
+contours of G77, G78 and G79 on standard output.  Called by look_ahead.py.
 
     {"ini", "program", "scene", "tip"}      scene: panel/machine.py: scene(); tip: (x, y, z) of the tool, mm, machine coordinates
     -> a line of JSON {"note", "line", "relative", "loops", "points", "step"}, then the arrays of drawn_path.Path, in their order

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Where on the path of a program the tool is.  Pure; mm, machine coordinates of the tool's tip.
 
-Called by ahead.py, which follows the tool on the path that ahead_process.py has made (check/drawn_path.py).
+Called by look_ahead.py, which follows the tool on the path that look_ahead_process.py has made (check/drawn_path.py).
 
 follow(): the next place on the path at which the tip is, among the segments that the machine can have got to since the last one; the line that
 the machine runs has to be one of the segment's.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Resume for the page of `chipwise panel`: what the program that goes on would do, and that program, written and opened.  Called by line_process.py, in a process
+"""Resume for the page of `chipwise panel`: what the program that goes on would do, and that program, written and opened.  Called by entry_process.py, in a process
 of its own.
 
     {"do": "resume", "ini", "line", "seconds", "broke"}         line: number or null; seconds: number; the options of chipwise resume
@@ -19,7 +19,7 @@ from chipwise.host.temp_folder import OwnFolder
 from chipwise.resume import running
 from chipwise.resume.lathe import sentences
 from chipwise.resume.run import Order
-from chipwise.rewrite.proof import Different
+from chipwise.rewrite.read_back import Different
 
 CPU_S = 100
 

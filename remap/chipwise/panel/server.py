@@ -9,13 +9,13 @@ Called by cli/panel.py.  What a stranger may send is refused before anything is 
     rebinding).  A request that names another origin is refused.
  3. Files are those of FILES and nothing else: no path of a request ever becomes a path of this machine.
  4. A plan of a typed line, a measured program and the place of the tool change nothing: on this computer they need no token, but the page's own origin.  They cost computing time, so
-    from elsewhere they need the token.  lines.py makes one at a time.
+    from elsewhere they need the token.  entry.py makes one at a time.
  5. Nothing can be changed without [CHIPWISE]PANEL_TOKEN, the token in the request and the page's own origin; a wrong token costs
     WRONG_TOKEN_S.
 
 A stream is a row of messages: one letter (kind), four bytes (length, least first), content.  R: the last minute, P: points of the
 path done, S: the state, M and T: the stock, B: the stock before the program (tiles.py), A and C: path ahead and
-contours (ahead.py).  A page that is slow gets fewer of them, each up to date.
+contours (look_ahead.py).  A page that is slow gets fewer of them, each up to date.
 """
 
 import contextlib
@@ -33,8 +33,8 @@ from chipwise import version
 from chipwise.host import language
 from chipwise.host.clock import patience
 from chipwise.panel import colours
-from chipwise.panel.line_requests import HARMLESS, LineRequests, Refused
-from chipwise.panel.lines import Lines
+from chipwise.panel.entry_routes import HARMLESS, LineRequests, Refused
+from chipwise.panel.entry import Lines
 from chipwise.panel.page_colours import stylesheet
 from chipwise.panel.visitors import Visitors
 

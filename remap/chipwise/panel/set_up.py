@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The set-up of the loaded program for the page of `chipwise panel`: measures it, gives the tool's place as a corner of the stock, and writes the job file
-that a person has confirmed.  Called by line_process.py, in a process of its own.
+that a person has confirmed.  Called by entry_process.py, in a process of its own.
 
     {"do": "measure", "ini", "stock": [x0, y0, z0, x1, y1, z1] mm or null, "material"}
         -> {"program", "path_of_program", "stock", "source", "tools", "notes", "findings", "own_m251", "dwell_s", "path": [[x, y, z, traverse], ..], "confirmed", "job",

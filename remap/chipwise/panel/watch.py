@@ -19,7 +19,7 @@ from collections import deque
 
 from chipwise.host.clock import patience
 from chipwise.errors import unnamed
-from chipwise.panel.ahead import Ahead
+from chipwise.panel.look_ahead import Ahead
 from chipwise.panel.alarms import Alarms
 from chipwise.panel.display import LIMITS, MODES, STOCK, SUMS, Run, is_assumed, loads, shown
 from chipwise.panel.load_log import LoadLog

@@ -4,7 +4,7 @@
     /usr/bin/python3 -s runner.py PARENT_PID  < JSON of the job  > JSON of the result
 
 Started by run.py, one process per run.  The remaps of the INI file run here as in the preview; cycles in a mirrored pattern
-plan the other hand (pattern/hand.py), so that the mirrored cut is climb milling again.
+plan the other hand (pattern/mirroring.py), so that the mirrored cut is climb milling again.
 
 Job:     program, parameters, table (paths), random (tool changer), units_per_mm, tool (number, diameter in machine units, orientation),
          codes (run first), begin, end (comments around the call), max_moves, cpu_s, mirrored, axis_mask, per_rev, stock_top (mm or null),
@@ -35,7 +35,7 @@ from chipwise.program import canon as interpreter_process, preview              
 from chipwise.program.canon import ARC_AXES, INCH, PLANES, Stop, fails_alike, mm, tool_entry       # noqa: E402
 from chipwise.errors import CycleError                          # noqa: E402
 from chipwise.program import known_stock                           # noqa: E402
-from chipwise.pattern import hand                               # noqa: E402
+from chipwise.pattern import mirroring                               # noqa: E402
 from chipwise.pattern.check import check_code                   # noqa: E402
 from chipwise.program.program_code import PYTHON_REMEDY             # noqa: E402
 from chipwise.host.processes import die_with_parent                  # noqa: E402
@@ -84,7 +84,7 @@ class Canon(interpreter_process.Canon):
             self.inside, self.called = True, self.line
         elif text == self.job["end"]:
             self.inside, self.ended = False, True
-        elif text == hand.CALLERS:
+        elif text == mirroring.CALLERS:
             self._put_path()
         elif self.inside:
             self._look_at_codes()
@@ -108,7 +108,7 @@ class Canon(interpreter_process.Canon):
 
     def _put_path(self, code=0, p=None, q=None):
         self.rows.append(["path", self.line, code, p, q])
-        hand.path = (code, p, q) if code else ()
+        mirroring.path = (code, p, q) if code else ()
 
     def message(self, text):
         if self.inside and len(self.messages) < MAX_MESSAGES and text not in self.messages:
@@ -125,7 +125,7 @@ class Canon(interpreter_process.Canon):
         if self.inside:
             if len(self.rows) >= self.job["max_moves"]:
                 self.refuse(f"the sub makes more than {self.job['max_moves']} moves", "divide it")
-            own = self.line if kind in ("feed", "arc") and not hand.emitting else 0
+            own = self.line if kind in ("feed", "arc") and not mirroring.emitting else 0
             self.rows.append([kind, self.line, own, *mm(feed, x, y, z), *rest[:3], *more])
 
     def straight_traverse(self, x, y, z, *rest):
@@ -266,8 +266,8 @@ def main():
     die_with_parent(int(sys.argv[1]))
     job, output = json.load(sys.stdin), os.fdopen(interpreter_process.own_output(), "w")
     interpreter_process.limit_run(job["cpu_s"])
-    hand.mirrored = job["mirrored"]
-    hand.path = ()
+    mirroring.mirrored = job["mirrored"]
+    mirroring.path = ()
     known_stock.caller_top = job["stock_top"]
     canon = Canon(job, interpreter_process.ToolTable(job["table"], job["random"]))
     preview.listener = canon

@@ -17,7 +17,8 @@ from chipwise.gcode_lines import DECIMALS, chunks
 from chipwise.order import Order, Outcome, Packed
 from chipwise.pattern import run as pattern_run
 from chipwise.pattern.recorded import Recorded
-from chipwise.turning import outcome, reach
+from chipwise.turning import g26_plan as outcome
+from chipwise.turning import reach
 
 _DECIMALS = {"pattern": 9}       # what a sub has computed goes on exactly
 TARGET_SAG_MM = 0.01            # of the chords of a contour that is shown

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What each executed line of a marked program does besides moving: its words with the values that its expressions have.
 
-Called by reader_runner.py for programs that rewrite/marks.py has marked: a comment `chipwise-at FILE LINE WHAT` before the line's own
+Called by reader_runner.py for programs that rewrite/line_marks.py has marked: a comment `chipwise-at FILE LINE WHAT` before the line's own
 code is executed, and around each block.  The interpreter shows itself to Python as `interpreter.this` (read in LinuxCNC 2.9:
 interp_python.cc, pyinterp1.cc); its modes there are those in force at that moment.
 """

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Where a contour sub is: in the program, in its callers, or in a file of its own.
 
-Called by contour_sub/read.py, and by glue/context.py for the folders.
+Called by contour_sub/read.py, and by glue/program_run.py for the folders.
 """
 
 import os

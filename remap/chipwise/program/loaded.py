@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The program that LinuxCNC has loaded, and what its path depends on.  Called by panel/machine.py, panel/ahead.py, monitor/shadow.py and monitor/set_up.py."""
+"""The program that LinuxCNC has loaded, and what its path depends on.  Called by panel/machine.py, panel/look_ahead.py, monitor/shadow.py and monitor/set_up.py."""
 
 import os
 

@@ -15,8 +15,8 @@ from chipwise.program.executed_words import STATES
 from chipwise.host.temp_folder import OwnFolder, put
 from chipwise.resume.state import Checks
 from chipwise.rewrite.program import read
-from chipwise.rewrite.proof import Different, real_steps
-from chipwise.rewrite.traced import FEED, ITEM, LINE_NUMBER, WHAT, Followed
+from chipwise.rewrite.read_back import Different, real_steps
+from chipwise.rewrite.marked_reader import FEED, ITEM, LINE_NUMBER, WHAT, Followed
 from chipwise.resume import walk
 from chipwise.clib.core import Cutter, Tool
 

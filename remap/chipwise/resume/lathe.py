@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What a lathe's G26 does with the part that was stopped, in sentences: the program itself goes on when it is started again.
 
-Called by cli/resume.py.  The plan is that of G26 (turning/rest.py), from the file that G26 keeps; the work offset is taken to be that of then, which
+Called by cli/resume.py.  The plan is that of G26 (turning/resume.py), from the file that G26 keeps; the work offset is taken to be that of then, which
 G26 compares.
 """
 
@@ -12,7 +12,7 @@ from chipwise.program.reader import Unreadable
 from chipwise.errors import CycleError, unnamed
 from chipwise.ini import Ini
 from chipwise.settings import load_settings
-from chipwise.turning import kept, rest
+from chipwise.turning import resume, stock_file
 from chipwise.turning.read_part import Machine, job_of, make_order
 from chipwise.turning.request import read_program, read_request
 
@@ -24,11 +24,11 @@ def sentences(path, ini):
         machine, text, stock = Machine(Ini(ini), settings, ini), read_program(path), settings.path("TURNING_STOCK")
         request = read_request(text, machine.startup)
         order = make_order(job_of(path, request, machine), text, request, machine, machine.steps)
-        found = kept.read(stock) if stock else None
+        found = stock_file.read(stock) if stock else None
         if found is None or not found.begun:
             raise Unreadable("no part is kept that was stopped", "start the program: G26 plans the whole blank")
-        key = kept.key_of(order, path, found.key.zero)
-        choice = rest.choose(order, stock, key)
+        key = stock_file.key_of(order, path, found.key.zero)
+        choice = resume.choose(order, stock, key)
     except (CycleError, OSError) as error:
         raise Unreadable(unnamed(error.text()) if isinstance(error, CycleError) else f"{path}: {error.strerror}", "") from error
     if not choice.stage:

@@ -21,9 +21,9 @@ from chipwise.host.files import open_regular, read_bytes, remove_durable, write_
 from chipwise.ini import section_of
 from chipwise.resume import compare, descent, place as places, split, state, stocks, text, walk
 from chipwise.rewrite.program import read
-from chipwise.rewrite.proof import Different
+from chipwise.rewrite.read_back import Different
 from chipwise.rewrite.source import Lines
-from chipwise.rewrite.traced import Followed
+from chipwise.rewrite.marked_reader import Followed
 from chipwise.settings import load_settings
 from chipwise.stock import store
 from chipwise.stock.reasons import SLOTS

@@ -16,7 +16,8 @@ from chipwise.program.reader import Unreadable
 from chipwise.program.records import ARC
 from chipwise.resume import descent, walk
 from chipwise.resume.place import Place
-from chipwise.rewrite import calls, proof
+from chipwise.rewrite import read_back
+from chipwise.rewrite import calls
 from chipwise.rewrite.edits import Edits, original
 from chipwise.rewrite.program import Circle, read
 from chipwise.rewrite.text import Writer
@@ -138,7 +139,7 @@ class Split:
         """[1]"""
         job, old = self.job, self.followed.program
         step, fraction = self._step_of(old, self.at)
-        real = list(proof.real_steps(old))
+        real = list(read_back.real_steps(old))
         number = int(np.searchsorted(real, step))
         if number >= len(real):
             raise Unreadable("nothing moves behind the stop", "nothing is left to go on with")
@@ -148,7 +149,7 @@ class Split:
         new = self.followed.program
         first = int(self.path.move[0])
         before = int(np.searchsorted(real, old.step[first]))
-        fresh = list(proof.real_steps(new))
+        fresh = list(read_back.real_steps(new))
         path = walk.path_of(new, job.machine, job.geometry, int(new.first[fresh[min(before, len(fresh) - 1)]]))
         self.at, self.path = self._place(new, path, fresh[number], fraction), path
 

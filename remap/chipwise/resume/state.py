@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What is in force in a program before one of its lines: modes, offsets, tool, spindle, coolant, parameters.  Called by run.py.
 
-Read by LinuxCNC's own interpreter with a mark behind the line before (rewrite/marks.py, program/executed_words.py).
+Read by LinuxCNC's own interpreter with a mark behind the line before (rewrite/line_marks.py, program/executed_words.py).
 """
 
 from dataclasses import dataclass, field
@@ -12,7 +12,7 @@ import numpy as np
 from chipwise.program import records
 from chipwise.program.reader import Unreadable
 from chipwise.program.executed_words import LINE, STATES
-from chipwise.rewrite.traced import FEED, ITEM, LINE_NUMBER, MOTION, WHAT, Followed
+from chipwise.rewrite.marked_reader import FEED, ITEM, LINE_NUMBER, MOTION, WHAT, Followed
 
 _REFUSED = {92: "G92", 92.3: "G92.3", 52: "G52", 5.1: "G5.1", 43.1: "G43.1", 43.2: "G43.2", 96: "G96"}
 _OUTPUTS = {62: 64, 63: 65, 64: 64, 65: 65, 67: 68, 68: 68}         # the code that sets one at once

@@ -18,7 +18,7 @@ from chipwise.resume.split import steps_of
 from chipwise.rewrite.edits import Edits, original
 from chipwise.rewrite.move_text import Numbers, plain
 from chipwise.rewrite.text import Writer
-from chipwise.rewrite.traced import FEED, FILE, LINE_NUMBER
+from chipwise.rewrite.marked_reader import FEED, FILE, LINE_NUMBER
 from chipwise.rewrite.words import active_comments, code, words_of
 
 DIGITS = 5

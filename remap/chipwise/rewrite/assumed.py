@@ -14,7 +14,7 @@ import copy
 from chipwise.check.assume import assume, surveyed
 from chipwise.program.reader import Reader, Unreadable
 from chipwise.errors import format_length
-from chipwise.rewrite import depths, proof
+from chipwise.rewrite import depth_proof, read_back
 
 NEVER_RAISED = "no F is raised, because nobody has confirmed that"
 
@@ -46,7 +46,7 @@ def geometry_with(geometry, assumption):
 
 def keep_flutes(job):
     """The program's own bytes and what is said, if its flutes are long enough; else Unreadable [2]."""
-    found = depths.too_deep(job.program, job.geometry, job.cell, proof.OVER_MM)
+    found = depth_proof.too_deep(job.program, job.geometry, job.cell, read_back.OVER_MM)
     if found:
         worst = max(found, key=lambda witness: witness.depth - witness.tool.flute_length)
         unit = job.machine.unit

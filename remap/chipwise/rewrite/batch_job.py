@@ -11,7 +11,7 @@ from typing import Optional
 from chipwise.program.reader import Unreadable
 from chipwise.errors import of_unexpected, unnamed
 from chipwise.host.temp_folder import FolderError
-from chipwise.rewrite.proof import Different
+from chipwise.rewrite.read_back import Different
 from chipwise.rewrite.run import rewritten
 
 

@@ -3,7 +3,7 @@
 
 Called by run.py.
 
- 1. Read the program with marks (traced.py), find what has to change, and the outermost blocks that it is in.
+ 1. Read the program with marks (marked_reader.py), find what has to change, and the outermost blocks that it is in.
  2. Write these blocks out (unroll.py), and read the new program with marks.  It has to make the same moves at the same feeds, with the same
     tools and stocks, and behind each block the same parameters and modes hold.
  3. Until nothing that has to change is in a block: which moves these are, the last digit may decide.
@@ -18,8 +18,9 @@ import numpy as np
 from chipwise.program.reader import Unreadable
 from chipwise.program.executed_words import ENDS, LINE, STATES
 from chipwise.host.temp_folder import OwnFolder, put
-from chipwise.rewrite import kept_codes, proof
-from chipwise.rewrite.traced import AT, ITEM, LINE_NUMBER, WHAT, Followed, modes_of
+from chipwise.rewrite import read_back
+from chipwise.rewrite import kept_codes
+from chipwise.rewrite.marked_reader import AT, ITEM, LINE_NUMBER, WHAT, Followed, modes_of
 from chipwise.rewrite.unroll import Unroller
 
 ROUNDS = 5
@@ -63,7 +64,7 @@ def _without(now, blocks, read_it, machine, stock, limits):
             new = read_it(path)
             after = Followed(new, machine, stock, now, unroller, **limits)
         except Unreadable as error:
-            raise proof.Different(f"with its calls and loops written out it cannot be read ({error})") from error
+            raise read_back.Different(f"with its calls and loops written out it cannot be read ({error})") from error
     same_program(now.program, new)
     same_codes(now.program, after.program)
     _same_state(now.program, after.program)
@@ -73,24 +74,24 @@ def _without(now, blocks, read_it, machine, stock, limits):
 
 def same_program(first, second):
     """Raises Different where two Programs do not make the same moves, one for one, with the same tools, stocks and feeds."""
-    one, two = (np.array(proof.real_steps(p), int) for p in (first, second))
+    one, two = (np.array(read_back.real_steps(p), int) for p in (first, second))
     if len(one) != len(two):
-        raise proof.Different(f"it has {len(two)} moves instead of {len(one)}")
+        raise read_back.Different(f"it has {len(two)} moves instead of {len(one)}")
     wrong = np.zeros(len(one), bool)
     for values in ("kind", "feed"):
         f, g = (getattr(p, values)[p.first[own]] for p, own in ((first, one), (second, two)))
         wrong |= np.abs(f - g) > FEED_SHARE * np.maximum(np.abs(f), 1.0)
     for at in (lambda p, own: p.end[p.first[own + 1] - 1], lambda p, own: p.end[np.maximum(p.first[own] - 1, 0)]):
-        wrong |= np.abs(at(first, one) - at(second, two)).max(axis=1) > proof.PATH_MM
+        wrong |= np.abs(at(first, one) - at(second, two)).max(axis=1) > read_back.PATH_MM
     for k in np.flatnonzero((first.circle[one] >= 0) & ~wrong).tolist():
         a, b = first.circles[first.circle[one[k]]], second.circles[second.circle[two[k]]]
-        wrong[k] = a.plane != b.plane or a.turns != b.turns or math.dist(a.centre, b.centre) > proof.PATH_MM
+        wrong[k] = a.plane != b.plane or a.turns != b.turns or math.dist(a.centre, b.centre) > read_back.PATH_MM
     if wrong.any():
-        raise proof.Different(f"line {first.line_of(int(one[wrong.argmax()]))} has become another move")
+        raise read_back.Different(f"line {first.line_of(int(one[wrong.argmax()]))} has become another move")
     events = [[(int(np.searchsorted(p.first[own], event.at)), event.kind, np.round(event.values, 6).tolist()) for event in p.events]
               for p, own in ((first, one), (second, two))]
     if events[0] != events[1]:
-        raise proof.Different("tools, stocks or dwells have changed")
+        raise read_back.Different("tools, stocks or dwells have changed")
 
 
 def same_codes(first, second):
@@ -98,14 +99,14 @@ def same_codes(first, second):
     one, two = _codes(first), _codes(second)
     for (line, *a), (_, *b) in zip(one, two):
         if a != b:
-            raise proof.Different(f"what line {line} does besides moving has changed")
+            raise read_back.Different(f"what line {line} does besides moving has changed")
     if len(one) != len(two):
-        raise proof.Different(f"{len(two)} lines do something besides moving instead of {len(one)}")
+        raise read_back.Different(f"{len(two)} lines do something besides moving instead of {len(one)}")
 
 
 def _codes(program):
     """[(line, moves before it, codes and their values)] of the lines that do something besides moving."""
-    steps, result = program.first[proof.real_steps(program)], []
+    steps, result = program.first[read_back.real_steps(program)], []
     for mark in program.marks[(program.marks[:, WHAT] == LINE) & (program.marks[:, ITEM] >= 0)]:
         item, line = program.items[int(mark[ITEM])], int(mark[LINE_NUMBER])
         if "comment" in item:
@@ -125,12 +126,12 @@ def _same_state(first, second):
     for line, mark in one.items():
         new = two.get(line)
         if new is None:
-            raise proof.Different(f"the block of line {line} is gone")
+            raise read_back.Different(f"the block of line {line} is gone")
         for name, a, b, most in _pairs(first.items[int(mark[ITEM])], second.items[int(new[ITEM])]):
             if a is None or b is None or abs(a - b) > most:
-                raise proof.Different(f"behind the block of line {line} {name} is {b} instead of {a}")
+                raise read_back.Different(f"behind the block of line {line} {name} is {b} instead of {a}")
         if modes_of(mark)._replace(cycle=0) != modes_of(new)._replace(cycle=0):
-            raise proof.Different(f"behind the block of line {line} other modes are in force")
+            raise read_back.Different(f"behind the block of line {line} other modes are in force")
 
 
 def _pairs(one, two):

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chipwise.rewrite import cutting
+from chipwise.rewrite import sections
 from chipwise.clib import layout
 
 PART_POINTS = 512           # points of the first path in a part
@@ -61,7 +61,7 @@ class Recut:
 
     def _part(self, key, points):
         stock, radius = self.stock, self.shape.diameter / 2
-        view, single = cutting.near(stock, points, radius), stock.needles_in(*_box(points, radius + layout.HEIGHT_SKIN))
+        view, single = sections.near(stock, points, radius), stock.needles_in(*_box(points, radius + layout.HEIGHT_SKIN))
         before, needles_before = view.copy(), stock.needle_height[single]
         digest = hashlib.blake2b(points, digest_size=16)
         digest.update(before)
@@ -94,6 +94,6 @@ def _box(points, radius):
 def parts(start, places, label):
     """[0, .., n]: where the parts of moves from start (3,) along places (n, 3) begin and end: where the label (n,) changes, or at the
     next move that needs nothing of the one before."""
-    free = np.append(np.flatnonzero(cutting.apart(start, places)), len(places))
+    free = np.append(np.flatnonzero(sections.apart(start, places)), len(places))
     wanted = np.flatnonzero(np.diff(label)) + 1
     return np.unique(np.concatenate(([0], free[np.searchsorted(free, wanted)], [len(places)]))).tolist()

@@ -14,7 +14,7 @@ import numpy as np
 from chipwise.program import records
 from chipwise.program.reader import Unreadable
 from chipwise.clib.height_map import CYLINDER
-from chipwise.rewrite import cutting
+from chipwise.rewrite import sections as cutting
 from chipwise.clib import layout
 from chipwise.clib.library import library
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from chipwise.program import records
-from chipwise.rewrite import along
+from chipwise.rewrite import path_moves
 from chipwise.rewrite.edits import Move
-from chipwise.rewrite.growing import Growing
+from chipwise.rewrite.growable_array import Growing
 from chipwise.rewrite.program import Lead, Moves
 
 PART_STEPS = 16_384         # of the program that are worked on at a time
@@ -115,7 +115,7 @@ def _with_chords(program, replaced, moves, steps, ends, before):
             begin = program.start(int(program.first[step]))
         else:
             begin = program.end[program.first[step + 1] - 1]
-        made = along.chords(begin, Move(records.ARC, tuple(ends[k].tolist()), None, moves.circles[k]))
+        made = path_moves.chords(begin, Move(records.ARC, tuple(ends[k].tolist()), None, moves.circles[k]))
         parts += [ends[last + 1:k], made]
         count[k] = len(made)
     parts.append(ends[arcs[-1] + 1:] if arcs else ends)

@@ -8,7 +8,7 @@ import numpy as np
 
 from chipwise.program.reader import Unreadable
 from chipwise.program.records import FEED, RAPID
-from chipwise.rewrite.depths import SAME_MM
+from chipwise.rewrite.depth_proof import SAME_MM
 from chipwise.rewrite.edits import Move
 
 

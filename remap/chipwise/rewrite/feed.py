@@ -22,8 +22,8 @@ from typing import Optional
 import numpy as np
 
 from chipwise.program.records import ARC, FEED, RAPID
-from chipwise.rewrite import cutting
-from chipwise.rewrite.along import arcs_through
+from chipwise.rewrite import sections
+from chipwise.rewrite.path_moves import arcs_through
 from chipwise.rewrite.edits import Edits, Move, Table, original
 
 SPREAD = 1.03               # more, and what is between is too fast or too slow; less, and moves are divided for the cells' sake
@@ -61,19 +61,19 @@ class Feeder:
         self.program, self.rates, self.cell = program, rates, cell
         self.speeds = np.array([s or np.inf for s in speeds]) * 60.0           # mm/min of the axes
         self.fixed = fixed                                                      # lines whose F stays
-        self.sections = cutting.sections(program, geometry)
+        self.sections = sections.sections(program, geometry)
         self.edits, self.figures = Edits(), Figures()
 
     def run(self, progress=None):
         """-> Edits."""
-        for section, stock in cutting.in_stock(self.program, self.sections, self.cell, progress):
+        for section, stock in sections.in_stock(self.program, self.sections, self.cell, progress):
             self._section(section, stock)
         return self.edits
 
     def _section(self, section, stock):
         program, first, end = self.program, section.first, section.end
         points = np.concatenate((program.start(first)[None], program.end[first:end]))
-        points, owner = cutting.pieces(points, self.rates.split)
+        points, owner = sections.pieces(points, self.rates.split)
         met = stock.cut(section.tool.shape, points[0], points[1:])
         move = owner + first
         length = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))

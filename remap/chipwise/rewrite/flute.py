@@ -27,14 +27,15 @@ from chipwise.program.records import ARC, FEED, RAPID
 from chipwise.program.reader import Unreadable
 from chipwise.check.simulate import SEGMENT_MM
 from chipwise.clib.height_map import MET
-from chipwise.rewrite import along, cutting, depths, proof, shift
+from chipwise.rewrite import depth_proof, path_moves, read_back, sections
+from chipwise.rewrite import shift
 from chipwise.rewrite.edits import Edits, Move, Table
 from chipwise.rewrite.links import ACROSS_MM, OVER_MM, Links
 from chipwise.rewrite.segments import segments, with_links
-from chipwise.rewrite.sought import OVER_STOCK_MM, Sought
+from chipwise.rewrite.trial_proof import OVER_STOCK_MM, Sought
 from chipwise.rewrite.trials import Trials
 
-LEFT_DEPTH = 0.15           # cells of depth, or of a cell's height, less than proof.py's HEIGHT_CELLS, and
+LEFT_DEPTH = 0.15           # cells of depth, or of a cell's height, less than read_back.py's HEIGHT_CELLS, and
 LEFT_SHARE = 0.005          # cells of mean height across the tool, below which nothing is left to travel again for
 PIECES_ACROSS = 12          # of a tool's diameter: how finely a move is divided where it is shifted
 MOST_LEVELS = 1000          # of one body
@@ -60,7 +61,7 @@ class Shifter:
 
     def __init__(self, program, geometry, cell, whole=False, diameter=None, reserve=0.0, anywhere=False, needles=None, clearance=0.0):
         self.program, self.whole, self.diameter, self.reserve, self.anywhere = program, whole, diameter, reserve, anywhere
-        self.sections = cutting.sections(program, geometry)
+        self.sections = sections.sections(program, geometry)
         self.cell, self.needles = cell, needles
         self.edits, self.figures, self.written = Edits(), Figures(), len(program.kind)
         self.stock, self.tool, self.links = None, None, Links(program, clearance)
@@ -69,11 +70,11 @@ class Shifter:
 
     def run(self, progress=None):
         """-> Edits."""
-        for section, stock in cutting.in_stock(self.program, self.sections, self.cell, progress, self.needles):
+        for section, stock in sections.in_stock(self.program, self.sections, self.cell, progress, self.needles):
             if stock is not self.stock:
                 self.number, self.final = self.number + 1, None
                 tools = [s.tool for s in self.sections if s.tool and s.tool.shape]
-                self.sought = Sought(stock, tools, functools.partial(depths.path_of, self.program, self.sections, tools))
+                self.sought = Sought(stock, tools, functools.partial(depth_proof.path_of, self.program, self.sections, tools))
             self.stock, self.tool = self.links.stock, self.links.tool = stock, section.tool
             self._section(section)
         return self.edits
@@ -86,7 +87,7 @@ class Shifter:
         start = program.start(first)
         steps = np.diff(program.end[first:end], axis=0, prepend=start[None])
         self.figures.first_feed += float(np.sqrt((steps[kinds != RAPID] ** 2).sum(axis=1)).sum())
-        before = cutting.Window(self.stock, np.array([[-math.inf] * 3, [math.inf] * 3]), 0.0)
+        before = sections.Window(self.stock, np.array([[-math.inf] * 3, [math.inf] * 3]), 0.0)
         if self._long_enough(start, program.end[first:end], kinds):
             self.sought.follow(self.tool, start, program.end[first:end])
             return
@@ -96,9 +97,9 @@ class Shifter:
 
     def _long_enough(self, start, ends, kinds):
         """[1]: cuts the first path; whether the flutes reach."""
-        limit = cutting.finite_room(self.tool.flute_length)
+        limit = sections.finite_room(self.tool.flute_length)
         return not any(((met["depth"] > limit + OVER_MM) & (kinds[owner] != RAPID)).any()
-                       for owner, met in cutting.cut_along(self.stock, self.tool.shape, start, ends, SEGMENT_MM))
+                       for owner, met in sections.cut_along(self.stock, self.tool.shape, start, ends, SEGMENT_MM))
 
     def _piece(self):
         return min(SEGMENT_MM, max(self.tool.shape.diameter / PIECES_ACROSS, 0.5 * self.stock.cell))
@@ -148,15 +149,15 @@ class Shifter:
 
     def _body(self, lead, first, end, section_end):
         program = self.program
-        points, owner = cutting.pieces(np.concatenate((program.start(first)[None], program.end[first:end])), self._piece())
-        body = along.Body(points, owner + first, lead)
-        window = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)
+        points, owner = sections.pieces(np.concatenate((program.start(first)[None], program.end[first:end])), self._piece())
+        body = path_moves.Body(points, owner + first, lead)
+        window = sections.Window(self.stock, points, self.tool.shape.diameter / 2)
         self._lead_in(body, points)
         depth = self.stock.cut(self.tool.shape, points[0], points[1:])["depth"]
         if (depth <= self.tool.flute_length + OVER_MM).all():
             self.sought.follow(self.tool, program.start(first), program.end[first:end])
             return
-        target = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)      # what the first path leaves
+        target = sections.Window(self.stock, points, self.tool.shape.diameter / 2)      # what the first path leaves
         window.restore()
         wall = self.links.wall(points[0])
         self.figures.shifted.append((first, end))
@@ -200,7 +201,7 @@ class Shifter:
         """[4]: R4; -> levels in all."""
         points, levels, written, at, had = body.points, 1, [], moved[-1], (math.inf, math.inf)
         done, s = _unshifted(points, moved), shift.along(points)
-        window = cutting.Window(self.stock, points, self.tool.shape.diameter / 2)
+        window = sections.Window(self.stock, points, self.tool.shape.diameter / 2)
         while not done.all():
             window.keep()
             met, left, deepest = self._first_path(points, done)
@@ -212,11 +213,11 @@ class Shifter:
             if not left.any() or not (helped or deepest > self.tool.flute_length + OVER_MM):
                 break
             for a, b in self._segments(points, left, s):
-                part = along.Body(points[a:b + 1], body.move[a:b], [], entered=True)
+                part = path_moves.Body(points[a:b + 1], body.move[a:b], [], entered=True)
                 link = self.links.to_segment(at, part, body)
                 path = self._shifted(part)
                 done[a:b] |= _unshifted(part.points, path)
-                written += [Table.of(link(path[0, 2])), along.moves_along(self.program, part, path)[0]]
+                written += [Table.of(link(path[0, 2])), path_moves.moves_along(self.program, part, path)[0]]
                 at = path[-1]
                 self.figures.segments += 1
                 self.figures.added_feed += _length(path[~np.isnan(path[:, 2])])
@@ -250,7 +251,7 @@ class Shifter:
     def _first_path(self, points, done):
         """Cuts what has not been done (n - 1,) bool of the first path; -> (MET records (n - 1,), (n - 1,) bool: where something is left, how deep it
         is)."""
-        places, segment = along.without(points, done, self.stock.z_max + OVER_STOCK_MM)
+        places, segment = path_moves.without(points, done, self.stock.z_max + OVER_STOCK_MM)
         own, met = segment >= 0, np.zeros(len(done), MET)
         met[segment[own]] = self.stock.cut(self.tool.shape, places[0], places[1:])[own]
         left, deepest = self._left(points, met), float(met["depth"].max())
@@ -277,7 +278,7 @@ class Shifter:
     def _final(self):
         """The cutting.Final of the stock, as proof.same_stock will have it."""
         if self.final is None:
-            self.final = cutting.Final(proof.simulated(self.program, self.geometry, self.cell)[self.number][0])
+            self.final = sections.Final(read_back.simulated(self.program, self.geometry, self.cell)[self.number][0])
         return self.final
 
     # ---- what is written --------------------------------------------------------------------------------------
@@ -292,7 +293,7 @@ class Shifter:
                     edits.instead[int(program.step[move])] = self._lead(body, move, z0, wall)
         changed = np.isnan(moved[:, 2]) | (moved[:, 2] > body.points[:, 2] + 1e-9)
         steps = program.step[body.move]
-        moves, spans = along.moves_along(program, body, moved)
+        moves, spans = path_moves.moves_along(program, body, moved)
         if z0 > body.points[0, 2] + 1e-9 and not body.lead:         # the tool is at the first path's height before
             down = Move(FEED, tuple(moved[0].tolist()), float(program.feed[body.move[0]]))
             moves, spans = Table.joined([Table.of([down]), moves]), np.concatenate(([[0, 0]], spans))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Arrays that grow where they are: a long program is never there twice.  Called by program.py and foreseen.py."""
+"""Arrays that grow where they are: a long program is never there twice.  Called by program.py and expected_program.py."""
 
 import numpy as np
 

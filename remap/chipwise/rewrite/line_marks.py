@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A program with a comment on each of its lines that says which line is executed (program/executed_words.py).  Called by traced.py.
+"""A program with a comment on each of its lines that says which line is executed (program/executed_words.py).  Called by marked_reader.py.
 
  1. Each line of code gets the mark `chipwise-at FILE LINE WHAT` in the place of its comments: the last comment of a line counts.  A
     comment that does something comes before it, on a line of its own.  Lines with O-words and remarks stay as they are.

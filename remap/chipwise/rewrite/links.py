@@ -2,14 +2,14 @@
 """Links between the segments of a path that are travelled again: up, across, and down to a gap above what has been cut.
 
 Called by flute.py.  The height across is the one at which the program itself last travelled: it is clear of clamps that no model
-knows.  A traverse keeps the clearance from stock at its side, and a cell more, because the needles of the map are so far apart; depths.py proves
+knows.  A traverse keeps the clearance from stock at its side, and a cell more, because the needles of the map are so far apart; depth_proof.py proves
 it.  If it cannot, it goes above the stock, and the rest of the way down is fed.  Lengths mm, machine coordinates of the tool's tip.
 """
 
 import math
 
 from chipwise.program.records import FEED, RAPID
-from chipwise.rewrite import cutting
+from chipwise.rewrite import sections
 from chipwise.rewrite.edits import Move
 
 OVER_MM = 0.005             # stock less high than that is not met
@@ -43,7 +43,7 @@ class Links:
 
     def wall(self, place):
         """Z down to which a traverse may come at a place (x, y): no higher stock is at its side."""
-        return cutting.highest(self.stock, place[0], place[1], self.tool.shape.diameter / 2 + self._beside())
+        return sections.highest(self.stock, place[0], place[1], self.tool.shape.diameter / 2 + self._beside())
 
     def is_clear(self, start, end):
         """Whether a traverse from start to end (3,) is in the clear."""
@@ -61,7 +61,7 @@ class Links:
     def _over(self, at, x, y, body):
         """Up, across and down to a gap above what is there; -> function of the height there -> Moves."""
         safe = self._clear(at, (x, y), max(self._safe(), at[2]))
-        floor, wall = cutting.highest(self.stock, x, y, self.tool.shape.diameter / 2 - 0.004), self.wall((x, y))     # before the segment is cut
+        floor, wall = sections.highest(self.stock, x, y, self.tool.shape.diameter / 2 - 0.004), self.wall((x, y))     # before the segment is cut
         across = [Move(RAPID, (at[0], at[1], safe)), Move(RAPID, (x, y, safe))]
 
         def moves(z):

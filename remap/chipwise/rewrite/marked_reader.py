@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Reads a program with marks on its lines (marks.py), so that each move's place in the program itself is known.
+"""Reads a program with marks on its lines (line_marks.py), so that each move's place in the program itself is known.
 
 Called by calls.py.  Calls run lines of other places, and loops run lines again: the number of a line alone does not say where a move
 belongs.
@@ -13,7 +13,7 @@ import numpy as np
 from chipwise.program.reader import Reader, Unreadable
 from chipwise.program.executed_words import BEGINS, ENDS, LINE
 from chipwise.host.temp_folder import OwnFolder, put
-from chipwise.rewrite.marks import marked, sub_files, watched
+from chipwise.rewrite.line_marks import marked, sub_files, watched
 from chipwise.rewrite.program import Collector, Modes, after_line, first_modes
 
 # columns of Program.marks

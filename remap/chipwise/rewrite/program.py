@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A program as it is rewritten: its canonical moves in arrays, and what each was written with.
 
-Called by run.py, flute.py, feed.py and proof.py.  LinuxCNC's own interpreter reads the program (program/reader.py).
+Called by run.py, flute.py, feed.py and read_back.py.  LinuxCNC's own interpreter reads the program (program/reader.py).
 
 A *move* is one chord: a traverse, a straight feed or a chord of an arc.  A *step* is what one word of G-code makes: a
 traverse, a straight feed or a whole arc.  All lengths mm, machine coordinates of the tool's tip; feeds mm/min.
@@ -20,7 +20,7 @@ from chipwise.program import records
 from chipwise.program.reader import Reader, Unreadable
 from chipwise.program.executed_words import BEGINS
 from chipwise.rewrite.blocks import Blocks, blocks_of
-from chipwise.rewrite.growing import Growing
+from chipwise.rewrite.growable_array import Growing
 from chipwise.rewrite.source import Lines
 from chipwise.rewrite.words import only_comment, plain_move, words_of
 
@@ -145,7 +145,7 @@ class Program(Moves):
     messages: list = field(default_factory=list)
     notes: list = field(default_factory=list)       # [line, text] about how it was read
     blocks: Blocks = field(default_factory=Blocks)
-    place: Optional[np.ndarray] = None        # (n,) int: the line of the program itself that makes a move; of a block, its first (traced.py)
+    place: Optional[np.ndarray] = None        # (n,) int: the line of the program itself that makes a move; of a block, its first (marked_reader.py)
     marks: Optional[np.ndarray] = None        # (k, 9): moves before it, line and values of each MARK record of a marked program
     items: Optional[list] = None              # what the marks refer to
     simulated: dict = field(default_factory=dict)   # by cell: proof.simulated() of it

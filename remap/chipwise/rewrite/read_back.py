@@ -8,7 +8,7 @@ Called by run.py.  Nothing here knows how the text was made.
  2. same_feeds: every feed move has the F that was meant for it, rounded down.
  3. same_stock: no new traverse of the second path meets stock, the stock it leaves is that of the first within a cell, and both end at
     the same place.
-    That it never cuts deeper than the flutes are long is proved by depths.py.
+    That it never cuts deeper than the flutes are long is proved by depth_proof.py.
 """
 
 from dataclasses import dataclass, replace
@@ -18,7 +18,7 @@ import numpy as np
 
 from chipwise.program.records import RAPID
 from chipwise.check.simulate import SEGMENT_MM
-from chipwise.rewrite import cutting
+from chipwise.rewrite import sections
 from chipwise.clib import layout
 
 PATH_MM = 0.001
@@ -108,13 +108,13 @@ def simulated(program, geometry, cell):
 def _simulated(program, geometry, cell, wider=0.0):
     """wider: mm by which the tools are larger all round, their tips where they are."""
     result = []
-    for section, stock in cutting.in_stock(program, cutting.sections(program, geometry), cell):
+    for section, stock in sections.in_stock(program, sections.sections(program, geometry), cell):
         if not result or result[-1][0] is not stock:
             result.append((stock, []))
         a, b = section.first, section.end
         deepest, line, holder = -1.0, 0, 0.0
         shape = _wider(section.tool.shape, wider) if wider else section.tool.shape
-        for owner, met in cutting.cut_along(stock, shape, program.start(a), program.end[a:b], SEGMENT_MM):
+        for owner, met in sections.cut_along(stock, shape, program.start(a), program.end[a:b], SEGMENT_MM):
             touch = np.where(program.kind[a:b][owner] == RAPID, met["depth"], 0.0)
             worst = int(touch.argmax())
             if touch[worst] > deepest:
@@ -169,8 +169,8 @@ def _same_heights(first, second, slack):
     On a steep side, SIDE_MM sideways are more than that in height, and a cell at the edge of the stock has no higher neighbour.  So heights that
     differ are compared again, after the program that has left more was simulated with wider tools.
     """
-    low, high = cutting.filtered(first.height, np.minimum), cutting.filtered(first.height, np.maximum)
-    if (second.height < low - slack).any() and (second.height < cutting.filtered(first.wider(), np.minimum) - slack).any():
+    low, high = sections.filtered(first.height, np.minimum), sections.filtered(first.height, np.maximum)
+    if (second.height < low - slack).any() and (second.height < sections.filtered(first.wider(), np.minimum) - slack).any():
         raise Different(f"the new program cuts {float((low - second.height).max()):.3f} mm more somewhere")
     if (second.height > high + slack).any() and (second.wider() > high + slack).any():
         raise Different(f"the new program leaves {float((second.height - high).max()):.3f} mm more somewhere")

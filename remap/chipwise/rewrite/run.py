@@ -16,7 +16,8 @@ from chipwise.errors import CycleError, format_length, unnamed
 from chipwise.host.temp_folder import OwnFolder, writing
 from chipwise.host.processes import return_freed_arrays, return_heap
 from chipwise.rates import MM3_PER_CM3, MM3_PER_IN3
-from chipwise.rewrite import assumed, calls, cutting, depths, feed, flute, foreseen, proof
+from chipwise.rewrite import depth_proof, expected_program, read_back as proof, sections
+from chipwise.rewrite import assumed, calls, feed, flute
 from chipwise.rewrite.fed import feed_traverses
 from chipwise.rewrite.program import SYNCHRONISED, Program, read
 from chipwise.rewrite.text import Writer
@@ -75,7 +76,7 @@ def _rewritten(path, order, progress, machine, stock, cell, limits, assumption=N
         return read(name, machine, stock, text=text, most=flute.MOST_WRITTEN, **limits)
 
     progress(0.2)
-    cell = cell or cutting.cell_for(program, geometry, settings["CELL"], *([cutting.CELLS_FOR_VOLUME] if order.rates else []))
+    cell = cell or sections.cell_for(program, geometry, settings["CELL"], *([sections.CELLS_FOR_VOLUME] if order.rates else []))
     job = Job(program, machine, geometry, cell, read_it, stock, limits, settings["TRAVERSE_CLEARANCE"])
     if assumption and assumption.guessed and not order.rates:
         return assumed.keep_flutes(job)
@@ -131,12 +132,12 @@ class Job:
     @functools.cached_property
     def own_traverses(self):
         """[depths.Witness] of traverses of the program itself that are nearer to stock than the clearance: they stay as they are."""
-        return depths.too_deep(self.program, self.geometry, self.cell, math.inf, self.clearance)
+        return depth_proof.too_deep(self.program, self.geometry, self.cell, math.inf, self.clearance)
 
     def broken(self, program):
         """[depths.Witness] of where a program with edits cuts too deep, or where one of its new traverses is too near to stock."""
-        found = depths.too_deep(program, self.geometry, self.cell, proof.OVER_MM, self.clearance)
-        return depths.but_own(found, self.own_traverses) if any(witness.traverse for witness in found) else found
+        found = depth_proof.too_deep(program, self.geometry, self.cell, proof.OVER_MM, self.clearance)
+        return depth_proof.but_own(found, self.own_traverses) if any(witness.traverse for witness in found) else found
 
 
 def in_place(job, program, rewrite, check):
@@ -173,7 +174,7 @@ def respect_flutes(order, job, progress):
             if repeat >= REPEATS:
                 fed += [witness.traverse[3:] for witness in found]
             else:
-                needles = depths.with_needles(needles, found)                   # what the map of the edits has not met
+                needles = depth_proof.with_needles(needles, found)                   # what the map of the edits has not met
                 reserve += RESERVE_MM * deep
         if not path:
             where = "elsewhere" if job.program.lead.notes else "everywhere"
@@ -200,16 +201,16 @@ def _with_reserve(order, job, progress, reserve, needles, folder, fed):
 
     program, edits, figures = in_place(job, job.program, rewrite, check)
     if not edits:
-        return None, job.program, figures, depths.too_deep(job.program, job.geometry, job.cell, proof.OVER_MM)
+        return None, job.program, figures, depth_proof.too_deep(job.program, job.geometry, job.cell, proof.OVER_MM)
     feed_traverses(program, edits, fed)
     path, without_f = written(folder, program, edits), synchronised_lines(program)
-    meant, program, edits = foreseen.foreseen(program, edits), None, None           # long programs need the room
+    meant, program, edits = expected_program.foreseen(program, edits), None, None           # long programs need the room
     return_heap()
     found = job.broken(meant)
     if found:
         return None, meant, figures, found
     second = read_back(path, job.moves_of)
-    if not foreseen.same_moves(meant, second):
+    if not expected_program.same_moves(meant, second):
         found = job.broken(second)
     else:
         proof.same_feeds(meant, second, without_f)
@@ -258,9 +259,9 @@ def _with_feeds(job, program, edits):
     """The bytes of a Program with Edits that make no other path.  Raises Unreadable, Different, FolderError."""
     with OwnFolder("rewrite") as folder:
         path = written(folder, program, edits)
-        second, meant = read_back(path, job.moves_of), foreseen.foreseen(program, edits)
+        second, meant = read_back(path, job.moves_of), expected_program.foreseen(program, edits)
         proof.same_path(job.program, second)
-        if not foreseen.same_moves(meant, second):
+        if not expected_program.same_moves(meant, second):
             raise proof.Different("its moves are not those that were meant")
         proof.same_feeds(meant, second, synchronised_lines(program))
         return _content(path)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A program's moves in the stock, section by section: moves with the same tool.
 
-Called by flute.py, feed.py and proof.py.  The model is clib/height_map.py's.
+Called by flute.py, feed.py and read_back.py.  The model is clib/height_map.py's.
 """
 
 import math

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Depths, proved, of a path that is still sought: components/offline/depth_proof.c [6] from Python.
 
-Called by flute.py and trials.py.  depths.py proves the whole program at the end, whatever was found here.  Lengths mm, machine coordinates of
+Called by flute.py and trials.py.  depth_proof.py proves the whole program at the end, whatever was found here.  Lengths mm, machine coordinates of
 the tool's tip.
 """
 
@@ -10,7 +10,7 @@ import weakref
 
 import numpy as np
 
-from chipwise.rewrite import cutting, depths
+from chipwise.rewrite import depth_proof, sections
 from chipwise.clib import layout
 from chipwise.clib.library import library
 
@@ -27,8 +27,8 @@ class Sought:
     """
 
     def __init__(self, stock, tools, expected=None):
-        limits = [cutting.finite_room(tool.flute_length) + ALLOWED_MM for tool in tools]
-        self._stock, self._tools, self._table = stock, tools, depths.table_of(tools, limits)
+        limits = [sections.finite_room(tool.flute_length) + ALLOWED_MM for tool in tools]
+        self._stock, self._tools, self._table = stock, tools, depth_proof.table_of(tools, limits)
         self._waiting, self._handle, self._found, self._expected = [], None, None, expected
         self.is_off = False
 
@@ -60,8 +60,8 @@ class Sought:
             raise MemoryError
 
     def _open(self):
-        self._handle = library().chip_proof_open(C.byref(depths.shape_of(self._stock)), self._table.ctypes.data, len(self._table),
-                                                 depths.cell_of(self._stock, self._table))
+        self._handle = library().chip_proof_open(C.byref(depth_proof.shape_of(self._stock)), self._table.ctypes.data, len(self._table),
+                                                 depth_proof.cell_of(self._stock, self._table))
         if not self._handle:
             raise MemoryError
         weakref.finalize(self, library().chip_proof_close, self._handle)
@@ -69,7 +69,7 @@ class Sought:
             path = self._expected()
             if library().chip_proof_expect(self._handle, C.byref(path.struct())) < 0:
                 raise MemoryError
-        self._found = np.zeros(ROOM, depths.FOUND)
+        self._found = np.zeros(ROOM, depth_proof.FOUND)
         self.keep()
 
     def _add(self, index, start, ends):

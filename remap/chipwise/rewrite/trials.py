@@ -9,11 +9,12 @@ import numpy as np
 
 from chipwise.program.reader import Unreadable
 from chipwise.check.simulate import SEGMENT_MM
-from chipwise.rewrite import along, cutting, shift
-from chipwise.rewrite.again import PART_POINTS, Recut
-from chipwise.rewrite.fewer import beside, with_fewer
+from chipwise.rewrite import path_moves, sections
+from chipwise.rewrite import shift
+from chipwise.rewrite.cut_cache import PART_POINTS, Recut
+from chipwise.rewrite.merge_moves import beside, with_fewer
 from chipwise.rewrite.links import OVER_MM
-from chipwise.rewrite.sought import ALLOWED_MM
+from chipwise.rewrite.trial_proof import ALLOWED_MM
 
 LEFT_MM = 0.002             # smaller shifts are ignored
 MOST_ROUNDS = 400           # of trials of one path; each raises some point
@@ -32,7 +33,7 @@ class Trials:
         self.sought, self.limit, self.more = sought, limit, more
         self.bridged = 0                            # points of the path that was found
         self.proofs = 0
-        self.window = cutting.Window(stock, body.points, tool.shape.diameter / 2)
+        self.window = sections.Window(stock, body.points, tool.shape.diameter / 2)
         self.recut = Recut(stock, tool.shape)
         self.s = shift.along(body.points)
 
@@ -91,15 +92,15 @@ class Trials:
 
     def _written(self, path):
         """(chords (n, 3), spans (n - 1, 2)): a path as it will be read back; first and last point that each chord goes to."""
-        moves, spans = along.moves_along(self.program, self.body, path)
-        chords, owner = along.polyline(path[0], moves)
+        moves, spans = path_moves.moves_along(self.program, self.body, path)
+        chords, owner = path_moves.polyline(path[0], moves)
         return self.program.as_written(chords, int(self.program.step[self.body.move[0]])), spans[owner]
 
     def _too_low_as_written(self, chords, spans):
         """Cuts a path as it will be read back; -> (first point, last point, Z (k,)) that they must not be below where it is too deep, None:
         nowhere."""
         self.window.restore()
-        points, piece = cutting.pieces(chords, SEGMENT_MM)
+        points, piece = sections.pieces(chords, SEGMENT_MM)
         spans = spans[piece]
         self.lead_in(points)
         over = self.recut.depths(points[0], points[1:], spans[:, 1] // PART_POINTS) - self.limit
@@ -117,7 +118,7 @@ class Trials:
         return np.array(bounds).T
 
     def _too_low_proved(self, chords, spans, need, dropped):
-        """The same without needles: sought.py; what no raising of points helps is left to the repeats."""
+        """The same without needles: trial_proof.py; what no raising of points helps is left to the repeats."""
         self.proofs += 1
         found = self.sought.too_deep(self.tool, chords)
         if not len(found) or self.proofs > MOST_PROOFS:

@@ -20,9 +20,9 @@ from chipwise.program.records import ARC, RAPID
 from chipwise.program.executed_words import BEGINS, ENDS
 from chipwise.rewrite import kept_codes
 from chipwise.rewrite.edits import original
-from chipwise.rewrite.marks import not_the_users
+from chipwise.rewrite.line_marks import not_the_users
 from chipwise.rewrite.move_text import MoveText, Numbers, g_code, plain
-from chipwise.rewrite.traced import AT, FEED, FILE, ITEM, LINE_NUMBER, MOTION, SIDE, WHAT, modes_of
+from chipwise.rewrite.marked_reader import AT, FEED, FILE, ITEM, LINE_NUMBER, MOTION, SIDE, WHAT, modes_of
 from chipwise.rewrite.words import active_comments, code, plain_move, words_of
 
 MOST_SHOWN = 120            # characters of a line that is shown as a comment
@@ -33,7 +33,7 @@ _VALUE = re.compile(r"#\s*<_value", re.I)
 
 
 class Unroller:
-    """One Followed program (traced.py)."""
+    """One Followed program (marked_reader.py)."""
 
     def __init__(self, followed):
         self.followed, self.program = followed, followed.program

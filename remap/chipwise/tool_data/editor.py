@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Changes one tool in the file of tool geometry (tool_data/geometry.py), without losing comments, order, blanks and line ends.  Called by panel/line_process.py.
+"""Changes one tool in the file of tool geometry (tool_data/geometry.py), without losing comments, order, blanks and line ends.  Called by panel/entry_process.py.
 
  1. A line is the unit of change: a value is replaced in its line, a key is added behind the last one of its table, or its line taken out; a
     tool that is new comes to the end of the file.

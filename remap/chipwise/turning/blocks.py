@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The steps of a plan as lines of G-code: X a radius (G8), absolute, program units; the points are those that the tool table controls.
 
-Called by nc.py, which writes them to a file, and by outcome.py, whose lines G26 executes: both have the same moves.
+Called by nc.py, which writes them to a file, and by g26_plan.py, whose lines G26 executes: both have the same moves.
 
     tool change             where the machine was when the plan began, which the operator has found clear for every tool
     approach(block)         in front of the work by rapids in X and Z, one after the other

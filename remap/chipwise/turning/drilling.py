@@ -7,7 +7,7 @@ import math
 
 from chipwise.errors import fill
 from chipwise.turning import passes, reach
-from chipwise.turning.graph import above, clip, flat, highest, lower, segment, upper, value
+from chipwise.turning.profile_function import above, clip, flat, highest, lower, segment, upper, value
 from chipwise.turning.path import Move, NoRoom
 from chipwise.turning.sides import ROUGH_MM
 from chipwise.turning.state import CLEARANCE_MM, OVERRUN_MM, Step, tools_of_role

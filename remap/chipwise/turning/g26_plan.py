@@ -12,7 +12,8 @@ from chipwise.ini import Ini
 from chipwise.gcode_lines import CHUNK_MOVES
 from chipwise.order import Outcome
 from chipwise.settings import load_settings
-from chipwise.turning import kept, rest, text, travel
+from chipwise.turning import resume, soft_limits, stock_file
+from chipwise.turning import text
 from chipwise.turning.blocks import Run, Turning, blocks, spindle_line
 from chipwise.turning.read_part import Machine, make_order, tool_notes, with_start
 from chipwise.turning.request import read_program, read_roles
@@ -48,8 +49,8 @@ def make(order):
     machine = Machine(Ini(order.job.ini), load_settings(order.job.ini), order.job.ini)
     try:
         part = make_order(order.job, program, request, machine, machine.steps)
-        key = kept.key_of(part, asked.program, asked.zero)
-        choice = rest.choose(part, asked.stock, key)
+        key = stock_file.key_of(part, asked.program, asked.zero)
+        choice = resume.choose(part, asked.stock, key)
     except CycleError as error:
         raise with_start(error, order.job, request.words) from error
     plan = choice.plan
@@ -73,7 +74,7 @@ def make(order):
     if asked.keep and chosen:
         marks, record, notes = _keep(asked.stock, key, choice)
         said += _texts(order, notes)
-    question = "".join(_texts(order, (rest.question(choice),))) if choice.stage else ""
+    question = "".join(_texts(order, (resume.question(choice),))) if choice.stage else ""
     return Outcome((), said, turning=Turning(tuple(_run(b, marks.get(b.number, ())) for b in chosen), tuple(v / request.scale for v in plan.safe),
                                              spindle_line(request), record, question))
 
@@ -85,7 +86,7 @@ def _check_travel(plan, asked, machine):
     steps = [(n, s) for n, s in enumerate(plan.steps, 1) if s.needed and asked.number in (0, n)]
     table = read_table(machine.table)
     offsets = {s.tool.number: (table[s.tool.number].z * machine.unit_mm, table[s.tool.number].x * machine.unit_mm) for _, s in steps}
-    travel.check(steps, asked.limits, asked.zero, offsets)
+    soft_limits.check(steps, asked.limits, asked.zero, offsets)
 
 
 def _texts(order, notes):
@@ -97,9 +98,9 @@ def _texts(order, notes):
 
 def _keep(path, key, choice):
     """(marks of rest.Stages, kept.Record, notes): the file of a plan is written; without marks and Record where it cannot be."""
-    found = rest.stages(choice.plan, choice.stage.step if choice.stage else "")
+    found = resume.stages(choice.plan, choice.stage.step if choice.stage else "")
     try:
-        return found.marks, kept.write(path, key, found.stages), ()
+        return found.marks, stock_file.write(path, key, found.stages), ()
     except OSError as error:
         return {}, None, (CycleError("the stock of a part that is stopped will not be known: {file}: {why}", "make the folder writable, or set "
                                      "[CHIPWISE]TURNING_STOCK", file=os.path.basename(path), why=error.strerror),)

@@ -6,7 +6,7 @@ Called by steps.py and sides.py."""
 from dataclasses import replace
 
 from chipwise.turning import passes, reach
-from chipwise.turning.graph import above, clip, envelope, lower, negative
+from chipwise.turning.profile_function import above, clip, envelope, lower, negative
 from chipwise.turning.state import Step, tools_of_role, without_tool
 
 GROOVE_MM = 0.3         # a grooving tool does not come for less

@@ -10,7 +10,7 @@ import math
 from bisect import bisect_left, bisect_right
 
 from chipwise.errors import CycleError
-from chipwise.turning.graph import clip, highest, lowest, value
+from chipwise.turning.profile_function import clip, highest, lowest, value
 
 MAX_LEVELS = 400
 ROUNDING_MM = 1e-6

@@ -2,7 +2,7 @@
 """What keeps a tool from a place: its edges, its holder, or a barrier before one of them.  Called by steps.py for what it refuses."""
 
 from chipwise.turning import reach
-from chipwise.turning.graph import clip, highest
+from chipwise.turning.profile_function import clip, highest
 
 EDGE, HOLDER, BARRIER = "an edge that reaches over the work", "its holder", "a barrier"
 

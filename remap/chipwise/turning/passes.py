@@ -13,7 +13,7 @@ import math
 from typing import NamedTuple
 
 from chipwise.turning import transverse
-from chipwise.turning.graph import above, at, clip, flat, highest, lower, upper, value
+from chipwise.turning.profile_function import above, at, clip, flat, highest, lower, upper, value
 from chipwise.turning.levels import levels
 from chipwise.turning.path import ROUNDING_MM, Path
 

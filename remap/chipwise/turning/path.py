@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 
 from chipwise.errors import CycleError
-from chipwise.turning.graph import above, clip, highest, lower, segment, upper, value
+from chipwise.turning.profile_function import above, clip, highest, lower, segment, upper, value
 
 ROUNDING_MM = 1e-6
 SHORT_MM = 1e-7         # of a shorter move only rounding is left

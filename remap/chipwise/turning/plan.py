@@ -14,7 +14,7 @@ import math
 from dataclasses import dataclass
 
 from chipwise.errors import CycleError
-from chipwise.turning.graph import above, clip, flat, negative, value
+from chipwise.turning.profile_function import above, clip, flat, negative, value
 from chipwise.turning.state import ORDER, State
 from chipwise.turning.steps import REPEATED, STEPS
 

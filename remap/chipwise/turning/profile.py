@@ -14,7 +14,7 @@ from chipwise.program import comments
 from chipwise.program.find_sub import quoted
 from chipwise.errors import Across, CycleError
 from chipwise.geometry.base import elements
-from chipwise.turning.graph import Piece, above, closed, flat, highest, negative, segment, value
+from chipwise.turning.profile_function import Piece, above, closed, flat, highest, negative, segment, value
 
 VERTICAL_MM = 1e-6      # an element narrower than this in Z is a wall
 BELOW_AXIS_MM = 1e-6    # rounding of X0

@@ -14,7 +14,7 @@ A convex tool is the sum of its parts, so the disc, the cone and the flat are ad
 import math
 from functools import lru_cache
 
-from chipwise.turning.graph import (
+from chipwise.turning.profile_function import (
     Piece, above, clip, closed, envelope, flat, lower, mirrored, moved, negative, slope_at, upper, value)
 
 HOLDER_ROUNDS = 40      # each raises the positions by less; most tools need one

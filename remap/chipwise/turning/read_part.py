@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Reads part and blank of a request, and its tools, into an Order.  Called by cli/turn.py and outcome.py."""
+"""Reads part and blank of a request, and its tools, into an Order.  Called by cli/turn.py and g26_plan.py."""
 
 import math
 import tomllib

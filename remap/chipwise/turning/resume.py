@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A part that was stopped: planned from what is left of it; and the stages of a plan, which kept.py keeps for the next time.
+"""A part that was stopped: planned from what is left of it; and the stages of a plan, which stock_file.py keeps for the next time.
 
-Called by outcome.py and cli/turn.py.  The stock of a file is used only for the same program, part, blank and work offset, and never twice
+Called by g26_plan.py and cli/turn.py.  The stock of a file is used only for the same program, part, blank and work offset, and never twice
 without an answer: a part that the operator has been asked about and has not confirmed counts as another one.  In doubt the plan begins with
 the whole blank, which is safe: it cuts air where stock is gone.
 """
@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from chipwise.errors import CycleError
-from chipwise.turning import kept
-from chipwise.turning.graph import clip, flat, value
-from chipwise.turning.kept import Stage
+from chipwise.turning import stock_file
+from chipwise.turning.profile_function import clip, flat, value
+from chipwise.turning.stock_file import Stage
 from chipwise.turning.plan import make_plan
 from chipwise.turning.profile import Profile
 
@@ -38,12 +38,12 @@ def choose(order, path, key):
 
     Raises CycleError where the whole blank cannot be planned either."""
     try:
-        found = kept.read(path) if path else None
+        found = stock_file.read(path) if path else None
     except CycleError as error:
         return _whole(order, CycleError(error.problem, f"{error.remedy}; {WHOLE}"))
     if found is None or not found.begun:
         return Choice(make_plan(order))
-    why = kept.difference(found.key, key) or ("nobody has confirmed that it is in the chuck" if found.asked else "")
+    why = stock_file.difference(found.key, key) or ("nobody has confirmed that it is in the chuck" if found.asked else "")
     if why:
         return _whole(order, CycleError("the stock of the stopped part is not used: {why}", WHOLE, why=why))
     try:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from chipwise.errors import fill
 from chipwise.turning import passes, reach
-from chipwise.turning.graph import above, clip, negative, upper
+from chipwise.turning.profile_function import above, clip, negative, upper
 from chipwise.turning.grooves import left_to_groove
 from chipwise.turning.path import NoRoom
 from chipwise.turning.state import CLEARANCE_MM, Step, roof, tools_of_role, without_tool

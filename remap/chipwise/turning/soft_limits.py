@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Whether the machine's soft limits let a plan be carried out: every point of every step, before anything moves.  Called by outcome.py.
+"""Whether the machine's soft limits let a plan be carried out: every point of every step, before anything moves.  Called by g26_plan.py.
 
 LinuxCNC checks the end of each move when it is queued, and not where an arc bulges: it would stop in the cut.  An axis is at the controlled point
 plus the work offset plus the tool's offset of G43, which is that of the tool table.  Lengths mm, X a radius.

@@ -5,7 +5,7 @@ import math
 from dataclasses import dataclass, field, replace
 
 from chipwise.turning import passes, reach
-from chipwise.turning.graph import above, clip, flat, highest, mirrored, negative, upper, value
+from chipwise.turning.profile_function import above, clip, flat, highest, mirrored, negative, upper, value
 from chipwise.turning.path import BESIDE_MM, Move, NoRoom, Work
 
 CLEARANCE_MM = 0.5

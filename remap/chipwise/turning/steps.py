@@ -10,7 +10,7 @@ import math
 
 from chipwise.errors import Across, CycleError
 from chipwise.turning import passes, reach
-from chipwise.turning.graph import clip, highest, upper, value
+from chipwise.turning.profile_function import clip, highest, upper, value
 from chipwise.turning.obstacles import BARRIER, EDGE, HOLDER, obstacle
 from chipwise.turning.path import Move, NoRoom
 from chipwise.turning.drilling import drill

@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 from chipwise.errors import CycleError, braceless
 from chipwise.host.files import read_bytes, write_durable
-from chipwise.turning.graph import Piece
+from chipwise.turning.profile_function import Piece
 from chipwise.turning.thread_comment import Thread
 
 FORMAT = 1

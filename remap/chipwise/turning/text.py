@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A plan as the operator reads it, and as data.  Called by cli/turn.py and outcome.py."""
+"""A plan as the operator reads it, and as data.  Called by cli/turn.py and g26_plan.py."""
 
 from chipwise.turning.blocks import feed_of, spindle_line
 from chipwise.turning.plan import total_length

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 from chipwise.errors import CycleError
 from chipwise.turning import reach
-from chipwise.turning.graph import above, clip, envelope, flat, highest, lower, mirrored, top, upper, value
+from chipwise.turning.profile_function import above, clip, envelope, flat, highest, lower, mirrored, top, upper, value
 from chipwise.turning.path import Path
 from chipwise.turning.state import Step, oriented, roof
 

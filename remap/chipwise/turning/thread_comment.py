@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from chipwise.program import comments
 from chipwise.program.find_sub import fault
-from chipwise.turning.graph import value
+from chipwise.turning.profile_function import value
 
 OUTSIDE, INSIDE = 0.61343, 0.54127      # depth / pitch of a metric thread of 60 degrees, ISO 68-1: 17/24 and 5/8 of the height of its triangle
 MOST_MM = 50.0          # of a lead

@@ -15,7 +15,7 @@ left, contact with what is left is nowhere higher than before.
 import math
 from typing import NamedTuple
 
-from chipwise.turning.graph import above, at, clip, flat, highest, lowest, moved, top, value
+from chipwise.turning.profile_function import above, at, clip, flat, highest, lowest, moved, top, value
 from chipwise.turning.reach import HOLDER_MM, holder_height
 
 ROUNDING_MM = 1e-6

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How far an arc of LinuxCNC turns, and how many chords it needs.  Called by program/reader_runner.py, pattern/isometry.py and rewrite/along.py.
+"""How far an arc of LinuxCNC turns, and how many chords it needs.  Called by program/reader_runner.py, pattern/isometry.py and rewrite/path_moves.py.
 
 Source: pmCircleInit() in _posemath.c of LinuxCNC 2.9 and 2.10.  An arc is a full turn if it ends within 1e-8 machine units of its start, in its
 plane, however small the angle of a longer one is: CAM programs write arcs of 10^6 to 10^9 mm radius for lines.

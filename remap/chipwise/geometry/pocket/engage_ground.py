@@ -19,7 +19,7 @@ from chipwise.clib.library import library
 SQUARE = 0.25
 
 # Rows that a path may have at first; it is asked for again with more.
-ROOM = 20000
+MOST = 20000
 
 COLUMNS = int(layout.ENGAGE_COLUMNS)
 
@@ -117,10 +117,10 @@ class Ground:
         self._sound()
         return found[:count]
 
-    def trace(self, pose, rule: layout.EngageRule, commit: bool, room: int = ROOM) -> tuple[np.ndarray, int]:
+    def trace(self, pose, rule: layout.EngageRule, commit: bool, most: int = MOST) -> tuple[np.ndarray, int]:
         """((n, 4) x, y, heading, engagement of a path of constant engagement from a pose, why it ended)."""
-        found, why = np.empty((room, 4)), C.c_int(0)
-        count = self._lib.chip_engage_trace(self._handle, (C.c_double * 3)(*pose), C.byref(rule), commit, found.ctypes.data, room, C.byref(why))
+        found, why = np.empty((most, 4)), C.c_int(0)
+        count = self._lib.chip_engage_trace(self._handle, (C.c_double * 3)(*pose), C.byref(rule), commit, found.ctypes.data, most, C.byref(why))
         self._sound()
         return found[:count].copy(), why.value
 
