@@ -316,6 +316,7 @@ FUNCTION(_) {
     struct chip_stock *stock = map;
     struct chip_tracker_in in;
     struct chip_tracker_out out;
+    int is_cutting;
 
     if (!stock) return;
     aborted_set(chip_planner_aborted(&planner));
@@ -332,6 +333,8 @@ FUNCTION(_) {
     else chip_path_done_lose(&thinner);
     write_pins(__comp_inst, &out);
     if (feed_decided) path_state.unknown_s = 0.0; /* counts from there on */
-    path_refused_set(chip_path_watch_step(&path_state, read_path ? planner.refusal : 0, enable && section_area > 0.0, fperiod));
+    /* At rest in stock, as in a dwell, the queue may be empty. */
+    is_cutting = enable && in.motion > 0 && section_area > 0.0;
+    path_refused_set(chip_path_watch_step(&path_state, read_path ? planner.refusal : 0, is_cutting, fperiod));
     load_lost_set(watch_load(__comp_inst, &in));
 }

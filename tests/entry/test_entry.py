@@ -98,8 +98,8 @@ def test_lines(code, text, line):
 @pytest.mark.parametrize("code, text, message", [
     ("G79", "100,-8,2.5,,,,,,,,,,7", "field 13: 13 data are given, G79 has 12; take out what comes behind H (chop)"),
     ("G79", "100", "field 2, Z (final depth): nothing is given; give the final depth"),
-    ("G79", "100,-8,7,2,9", "field 5, P (strategy): 9 is not a choice; use 0 (contour-parallel) or 1 (one-way) or 2 (zigzag) or 3 (concentric); "
-                            "write decimals with a point: 2.9"),
+    ("G79", "100,-8,7,2,9", "field 5, P (strategy): 9 is not a choice; use 0 (contour-parallel) or 1 (one-way) or 2 (zigzag) or 3 (concentric) or "
+                            "4 (constant engagement); write decimals with a point: 2.9"),
     ("G79", "100,-8,0,25", "field 3, D (step-over): 0 is not above 0; give a number above 0; write decimals with a point: 0.25"),
     ("G79", "100, -8, 2,5", "field 3, D (step-over): 2,5 looks like a number with a decimal comma; write numbers with a point: 2.5, or two data "
                             "with a blank behind each comma"),

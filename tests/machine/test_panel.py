@@ -27,7 +27,9 @@ def test_panel_and_line(name, screen, watch, per, late_s, tmp_path):
         pytest.skip(samples.missing(sample))
     installed = samples.stage(str(tmp_path))
     share = tmp_path / 'share'
-    shutil.copytree(os.path.join(installed, 'usr/local/share/chipwise'), share, symlinks=True)
+    original = os.path.join(installed, 'usr/local/share/chipwise')
+    shutil.copytree(original, share, symlinks=True, ignore=lambda folder, _names: ['build'] if folder == original else [])
+    (share / 'build').symlink_to(os.path.join(original, 'build'))           # its links to the library lead nowhere from here
     if late_s:
         late, ini = tmp_path / 'late_gladevcp', share / 'configs' / name
         late.write_text(f'#!/bin/sh\nsleep {late_s}\nexec gladevcp "$@"\n')
@@ -39,7 +41,7 @@ def test_panel_and_line(name, screen, watch, per, late_s, tmp_path):
     assert (stock, mode, by, inch) == ('TRUE', 'TRUE', 'TRUE', 'TRUE' if per > 1 else 'FALSE')
     assert float(target) == pytest.approx(6 / per, rel=1e-4)
     assert float(rate) == pytest.approx(6 / per, rel=0.05) and float(share_of_target) == pytest.approx(100, rel=0.05)
-    line = next(said for said in result['said'] if 'sample.ngc' in said)
+    line = next(said for said in result['said'] if 'than at F' in said)
     found = re.fullmatch(r'chipwise: sample.ngc: ([0-9.]+) s, ([0-9.]+) s more than at F; '
                          r'peak ([0-9.]+), target ([0-9.]+) (cm3|in3)/min', line)
     assert found, line

@@ -281,6 +281,7 @@ G95 F0.5
 G1 X30
 G93
 G1 X50 F12
+G4 P1.5
 G94 F240
 G1 X70
 G0 Z5
@@ -304,7 +305,7 @@ KINDS = {'G33': (4, 5, 55, 20.0), 'G95': (12, 5, 28, 5.0), 'G93': (12, 32, 48, 4
 
 def test_every_kind_of_move_is_in_the_map(tmp_path):
     """G33, G76 (the spindle sets the feed), G95, G93 and G38 (F as it is) between cuts under M251 P2: each at its own velocity,
-    no alarm, and the volume is that of the path in the log, counted by needles that know nothing of the tracker."""
+    no alarm, not even in a dwell in stock, where the queue of motion is empty, and the volume is that of the path in the log, counted by needles that know nothing of the tracker."""
     program, log, spindle = tmp_path / 'every.ngc', tmp_path / 'log.npz', tmp_path / 'spindle.hal'
     program.write_text(EVERY_KIND)
     spindle.write_text(SPINDLE[1])

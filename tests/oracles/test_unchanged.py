@@ -34,7 +34,7 @@ sys.exit(status)
 
 def outcome(passed, test=A_FAULT, **more):
     """The last line of pytest on a marked test, where `passed` is the file of what has passed."""
-    env = {name: value for name, value in os.environ.items() if name not in ("CHIPWISE_SEED", "CHIPWISE_RANDOM_COUNT")}
+    env = {name: value for name, value in os.environ.items() if name not in ("CHIPWISE_SEED", "CHIPWISE_RANDOM_COUNT", "PYTEST_ADDOPTS")}
     env.update(CHIPWISE_UNCHANGED="skip", CHIPWISE_RANDOM_SHARE=unchanged.SHARE, CHIPWISE_PASSED=str(passed), **more)
     done = subprocess.run([sys.executable, "-m", "pytest", "-q", "-p", "no:xdist", "-p", "no:cacheprovider", test], cwd=ROOT, env=env,
                           stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=600)
