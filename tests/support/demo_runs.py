@@ -3,10 +3,12 @@
 import functools
 import os
 import tempfile
+from pathlib import Path
 
 import numpy as np
 
 from chipwise.headless import runner
+from support.headless_rig import SLOW_MOTION, own_ini
 
 DEMOS = ('contour', 'pocket', 'pocket_oneway', 'relief')
 GROUP = 'demo runs'         # of the mark `together`
@@ -19,6 +21,7 @@ def demo_run(name):
     """-> (summary, log) of nc_files/NAME.ngc on configs/mill_headless.ini."""
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, 'log.npz')
-        summary = runner.run_headless(os.path.join(runner.ROOT, 'nc_files', name + '.ngc'), speed=SPEED, timeout=TIMEOUT_S, log=path)
+        summary = runner.run_headless(os.path.join(runner.ROOT, 'nc_files', name + '.ngc'), ini=own_ini(Path(folder), EMCMOT=SLOW_MOTION),
+                                      speed=SPEED, timeout=TIMEOUT_S, log=path)
         with np.load(path) as stored:
             return summary, {column: stored[column] for column in stored.files}

@@ -8,6 +8,9 @@ import numpy as np
 from chipwise.headless import runner
 
 
+SLOW_MOTION = 'COMM_TIMEOUT = 300'         # s of a clock that may be ten times as fast: a computer that is blocked for 3 s loses no command
+
+
 def own_ini(tmp_path, source=runner.HEADLESS, **sections):
     """A copy of a configuration outside configs/, with lines put into its sections.
 
@@ -31,7 +34,7 @@ def headless_ini(tmp_path, machine, before=''):
     """A configuration of configs/ without a screen, as mill_headless.ini is of mill.ini; `before`: a HAL file that goes before
     chipwise.hal."""
     ini = own_ini(tmp_path, os.path.join(runner.ROOT, 'configs', machine + '.ini'),
-                  DISPLAY='DISPLAY = %s/bin/chipwise-headless' % runner.ROOT)
+                  DISPLAY='DISPLAY = %s/bin/chipwise-headless' % runner.ROOT, EMCMOT=SLOW_MOTION)
     with open(ini) as handle:
         text = handle.read()
     hal = 'HALFILE = %s/hal/' % runner.ROOT
