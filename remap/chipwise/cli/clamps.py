@@ -10,10 +10,9 @@ import json
 import os
 
 from chipwise.clamps import set_ups
-from chipwise.options.machine import refuser
+from chipwise.options.machine import file_of_machine, refuser
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import CycleError, unnamed
-from chipwise.settings import load_settings
 from chipwise.stock.shape_comment import CYLINDER
 
 NAME = 'clamps'
@@ -40,7 +39,7 @@ def add_arguments(parser):
 def run(options):
     """-> exit status."""
     try:
-        path = options.file or _file_of(options)
+        path = file_of_machine(options, 'CLAMPS', refuse)
         check_outputs(refuse, {'--json': options.json}, [('the file of the set-ups', path), ('the INI file', options.ini or os.environ.get('INI_FILE_NAME'))])
         change(path, options)
         found = set_ups.load(path)
@@ -56,13 +55,6 @@ def run(options):
     if options.json:
         write_output(NAME, options.json, json.dumps({'file': path, 'set_ups': {number: figures(one) for number, one in sorted(found.items())}}, indent=1) + '\n')
     return 0
-
-
-def _file_of(options):
-    settings = load_settings(options.ini)
-    if not settings.folder and not (options.ini or os.environ.get('INI_FILE_NAME')):
-        refuse('no machine is named; use --ini INI or --file FILE')
-    return settings.path('CLAMPS')
 
 
 def change(path, options):

@@ -11,10 +11,9 @@ import json
 import math
 import os
 
-from chipwise.options.machine import refuser
+from chipwise.options.machine import file_of_machine, refuser
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import CycleError, format_length, unnamed
-from chipwise.settings import load_settings
 from chipwise.stations import frame, store
 
 NAME = 'stations'
@@ -46,7 +45,7 @@ def run(options):
     if options.at and not all(map(math.isfinite, options.at)):
         refuse('--at needs three finite numbers')
     try:
-        path = options.file or _file_of(options)
+        path = file_of_machine(options, 'STATIONS', refuse)
         check_outputs(refuse, {'--json': options.json}, [('the file of the stations', path), ('the INI file', options.ini or os.environ.get('INI_FILE_NAME'))])
         change(path, options)
         found = {number: figures(points, options) for number, points in sorted(store.load(path).items())}
@@ -56,13 +55,6 @@ def run(options):
     if options.json:
         write_output(NAME, options.json, json.dumps({'file': path, 'stations': found}, indent=1) + '\n')
     return 1 if any('problem' in result for result in found.values()) else 0
-
-
-def _file_of(options):
-    settings = load_settings(options.ini)
-    if not settings.folder and not (options.ini or os.environ.get('INI_FILE_NAME')):
-        refuse('no machine is named; use --ini INI or --file FILE')
-    return settings.path('STATIONS')
 
 
 def change(path, options):

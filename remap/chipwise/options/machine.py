@@ -50,6 +50,17 @@ def add_ini(parser):
     parser.add_argument('--ini', metavar='INI', help='the machine (default: INI_FILE_NAME, else configs/mill.ini)')
 
 
+def file_of_machine(options, key, refuse):
+    """Path of --file, else of the file that [CHIPWISE] of the machine names by a key; where no machine is named it is refused."""
+    if options.file:
+        return options.file
+    from chipwise.settings import load_settings             # no work of commands that need none
+    settings = load_settings(options.ini)
+    if not settings.folder and not (options.ini or os.environ.get('INI_FILE_NAME')):
+        refuse('no machine is named; use --ini INI or --file FILE')
+    return settings.path(key)
+
+
 def ini_of(options):
     """Path of the machine's INI file."""
     return options.ini or os.environ.get('INI_FILE_NAME') or os.path.join(ROOT, 'configs', 'mill.ini')
