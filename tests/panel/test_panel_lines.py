@@ -15,7 +15,7 @@ from chipwise.panel import entry as lines, entry_process
 from chipwise.panel import server
 from support import ROOT
 from support.panel_client import request
-from support.panel_rig import TOKEN, serving
+from support.panel_rig import TOKEN, asking, post, serving
 from support.random_cases import random_count, random_seed
 
 MILL = str(ROOT / "configs/mill.ini")
@@ -39,7 +39,7 @@ class Mdi:
 
     def ask(self, order):
         self.orders += 1
-        return json.loads(json.dumps(entry_process.answer(json.loads(json.dumps(order)), self)))
+        return asking(self)(order)
 
 
 @pytest.fixture
@@ -56,10 +56,6 @@ def made(machine):
 def rig(made):
     with serving(TOKEN, lines=made) as found:
         yield found
-
-
-def post(rig, path, body, token=TOKEN, origin="own"):
-    return request(rig.url, path, "POST", json.dumps(body).encode(), X_Chipwise_Token=token, Origin=rig.url if origin == "own" else origin)
 
 
 # ---- a line and its plan -----------------------------------------------------------------------------------------

@@ -8,11 +8,10 @@ import pytest
 
 from chipwise.errors import CycleError
 from chipwise.entry import mdi
-from chipwise.panel import entry, entry_process
+from chipwise.panel import entry
 from chipwise.stock import store
 from support import panel_browser
-from support.panel_client import request
-from support.panel_rig import TOKEN, serving
+from support.panel_rig import TOKEN, asking, posted, serving
 from support.resume_stop import Stop
 
 SCENE = {"index": 1, "offset": [0.0, 0.0, 0.0], "g92": [0.0, 0.0, 0.0], "turn": 0.0, "tool": 1, "codes": "G17 G21 G91", "block_delete": False}
@@ -41,35 +40,30 @@ def shop(tmp_path):
     """(rig, machine, Stop)."""
     stop = Stop(tmp_path)
     machine = Mdi(stop.program)
-    made = entry.Lines(str(stop.ini), lambda order: json.loads(json.dumps(entry_process.answer(json.loads(json.dumps(order)), machine))))
+    made = entry.Lines(str(stop.ini), asking(machine))
     with serving(TOKEN, lines=made) as rig:
         yield rig, machine, stop
-
-
-def post(rig, path, body, token=TOKEN, origin="own"):
-    status, _headers, content = request(rig.url, path, "POST", json.dumps(body).encode(), X_Chipwise_Token=token, Origin=rig.url if origin == "own" else origin)
-    return status, json.loads(content) if content[:1] == b"{" else content.decode()
 
 
 def test_it_is_chipwise_resume(shop, tmp_path):
     """Planned on this computer without the token; written with it, byte by byte what the command writes, and opened."""
     rig, machine, stop = shop
     out = tmp_path / "part.resume.ngc"
-    status, found = post(rig, "/resume", OPTIONS, token=None)
+    status, found = posted(rig, "/resume", OPTIONS, token=None)
     assert status == 200 and found["program"] == "part.ngc" and found["file"] == "part.resume.ngc" and set(found) == {"resume", "program", "said", "file"}
     assert stop.resume("--plan")[1].splitlines() == found["said"]
     for token in (None, "wrong-token-9"):
-        assert post(rig, "/go-on", {"resume": found["resume"]}, token=token)[0] == 403 and not out.exists() and not machine.opened
-    assert post(rig, "/go-on", {"resume": found["resume"]}, origin="http://evil.example")[0] == 403
-    assert post(rig, "/go-on", {"resume": found["resume"]}) == (200, {"file": "part.resume.ngc"})
+        assert posted(rig, "/go-on", {"resume": found["resume"]}, token=token)[0] == 403 and not out.exists() and not machine.opened
+    assert posted(rig, "/go-on", {"resume": found["resume"]}, origin="http://evil.example")[0] == 403
+    assert posted(rig, "/go-on", {"resume": found["resume"]}) == (200, {"file": "part.resume.ngc"})
     assert machine.opened == [str(out)]
     made, slot = out.read_bytes(), stop.ini.parent / "stock" / "slot9.stock"
     assert store.read(str(slot))[0].removed == pytest.approx(stop.removed, abs=1e-6)
     assert stop.resume("-o", str(tmp_path / "own.ngc"))[0] == 0 and (tmp_path / "own.ngc").read_bytes() == made
     # the new program is loaded now, and goes on with part.ngc: that one is planned again
-    status, again = post(rig, "/resume", {**OPTIONS, "seconds": 4.0, "broke": True})
+    status, again = posted(rig, "/resume", {**OPTIONS, "seconds": 4.0, "broke": True})
     assert status == 200 and again["program"] == "part.ngc" and "4 s of program time before that" in " ".join(again["said"]), again
-    assert post(rig, "/go-on", {"resume": again["resume"]}) == (200, {"file": "part.resume.ngc"}) and b"M0 (put a new tool" in out.read_bytes()
+    assert posted(rig, "/go-on", {"resume": again["resume"]}) == (200, {"file": "part.resume.ngc"}) and b"M0 (put a new tool" in out.read_bytes()
 
 
 def test_the_work_offset_that_is_in_force(shop):
@@ -77,10 +71,10 @@ def test_the_work_offset_that_is_in_force(shop):
     rig, machine, stop = shop
     (stop.ini.parent / "mill.var").write_text("5220 1\n5221 7.5\n5222 0\n5223 0\n")
     assert "offsets" in stop.resume("--plan")[2]
-    status, found = post(rig, "/resume", OPTIONS)
+    status, found = posted(rig, "/resume", OPTIONS)
     assert status == 200 and any("0.000 mm off the path" in text for text in found["said"]), found
     machine.offsets = {**SCENE, "offset": [7.5, 0.0, 0.0]}
-    assert "offsets" in post(rig, "/resume", OPTIONS)[1]["error"]
+    assert "offsets" in posted(rig, "/resume", OPTIONS)[1]["error"]
 
 
 @pytest.mark.parametrize("spoil, said", [
@@ -94,26 +88,26 @@ def test_the_work_offset_that_is_in_force(shop):
     (lambda m, s: s.program.with_name("part.resume.ngc").mkdir(), "is not of chipwise resume")])
 def test_a_sentence_and_nothing_is_written(shop, spoil, said):
     rig, machine, stop = shop
-    number = post(rig, "/resume", OPTIONS)[1]["resume"]
+    number = posted(rig, "/resume", OPTIONS)[1]["resume"]
     spoil(machine, stop)
     before = sorted(path.name for path in stop.program.parent.iterdir())
-    status, words = post(rig, "/go-on", {"resume": number})
+    status, words = posted(rig, "/go-on", {"resume": number})
     assert status == 409 and said in words and "\n" not in words, words
     assert sorted(path.name for path in stop.program.parent.iterdir()) == before and not machine.opened and not list(stop.journal.parent.glob("slot*"))
-    assert "plan it again" in post(rig, "/go-on", {"resume": number})[1]           # once
+    assert "plan it again" in posted(rig, "/go-on", {"resume": number})[1]           # once
 
 
 def test_what_cannot_be_planned(shop):
     rig, machine, stop = shop
     for body in ({"line": 0}, {"line": "3"}, {"line": True}, {"line": 2.5}, {"seconds": -1}, {"seconds": 1e9}, {"seconds": "3"}, {"broke": 1}):
-        assert post(rig, "/resume", {**OPTIONS, **body})[0] == 400, body
-    assert post(rig, "/go-on", {"resume": "1"})[0] == 400 and post(rig, "/go-on", {"resume": 1})[0] == 409
-    assert post(rig, "/resume", OPTIONS, origin=None)[0] == 403
+        assert posted(rig, "/resume", {**OPTIONS, **body})[0] == 400, body
+    assert posted(rig, "/go-on", {"resume": "1"})[0] == 400 and posted(rig, "/go-on", {"resume": 1})[0] == 409
+    assert posted(rig, "/resume", OPTIONS, origin=None)[0] == 403
     machine.state = replace(machine.state, at_rest=False)
-    assert "under way, or the machine moves" in post(rig, "/resume", OPTIONS)[1]["error"]
+    assert "under way, or the machine moves" in posted(rig, "/resume", OPTIONS)[1]["error"]
     stop.journal.unlink()
     machine.state = replace(machine.state, at_rest=True)
-    assert "no stock is kept in" in post(rig, "/resume", OPTIONS)[1]["error"]
+    assert "no stock is kept in" in posted(rig, "/resume", OPTIONS)[1]["error"]
 
 
 def test_where_linuxcnc_does_not_open_it(shop, tmp_path):
@@ -123,7 +117,7 @@ def test_where_linuxcnc_does_not_open_it(shop, tmp_path):
     def refuses(path):
         raise CycleError("{path} is written, and LinuxCNC does not open it", "open it on its screen", path=path)
     machine.open_program = refuses
-    status, words = post(rig, "/go-on", {"resume": post(rig, "/resume", OPTIONS)[1]["resume"]})
+    status, words = posted(rig, "/go-on", {"resume": posted(rig, "/resume", OPTIONS)[1]["resume"]})
     assert status == 409 and "is written, and LinuxCNC does not open it; open it on its screen" in words and (tmp_path / "part.resume.ngc").exists()
 
 
@@ -134,7 +128,7 @@ def test_a_folder_without_room(shop, monkeypatch):
     def full(*_values, **_names):
         raise OSError(28, "No space left on device")
     monkeypatch.setattr(running, "write_durable", full)
-    status, words = post(rig, "/go-on", {"resume": post(rig, "/resume", OPTIONS)[1]["resume"]})
+    status, words = posted(rig, "/go-on", {"resume": posted(rig, "/resume", OPTIONS)[1]["resume"]})
     assert status == 409 and "part.resume.ngc cannot be written: No space left on device; make room" in words and not machine.opened
 
 

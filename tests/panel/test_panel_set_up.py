@@ -8,12 +8,11 @@ import pytest
 
 from chipwise.program.records import Frame
 from chipwise.entry import mdi
-from chipwise.panel import entry, entry_process
+from chipwise.panel import entry
 from chipwise.setup import job as jobs
 from support import panel_browser
 from support.check_runs import mill_with_tools
-from support.panel_client import request
-from support.panel_rig import TOKEN, serving
+from support.panel_rig import TOKEN, asking, posted, serving
 from support.setup_runs import chipwise_setup
 
 SLOT = "G21 G90 G94 G17\nT1 M6\nS8000 M3\nG55 G0 X-10 Y30 Z5\nG0 Z-4\nG1 X110 F400\nG0 Z5\nM2\n"
@@ -44,44 +43,39 @@ def shop(tmp_path):
     program, machine = tmp_path / "part.ngc", Mdi(tmp_path / "part.ngc")
     program.write_text(SLOT)
     ini = mill_with_tools(tmp_path)
-    made = entry.Lines(str(ini), lambda order: json.loads(json.dumps(entry_process.answer(json.loads(json.dumps(order)), machine))))
+    made = entry.Lines(str(ini), asking(machine))
     with serving(TOKEN, lines=made) as rig:
         yield rig, machine, program
-
-
-def post(rig, path, body, token=TOKEN, origin="own"):
-    status, _headers, content = request(rig.url, path, "POST", json.dumps(body).encode(), X_Chipwise_Token=token, Origin=rig.url if origin == "own" else origin)
-    return status, json.loads(content) if content[:1] == b"{" else content.decode()
 
 
 def test_it_is_the_job_of_chipwise_setup(shop, tmp_path):
     """Measured on this computer without the token; confirmed with it; byte by byte what --yes writes."""
     rig, _machine, program = shop
     job = program.with_name("part.job.toml")
-    status, found = post(rig, "/measure", {"stock": STOCK, "material": "6061"}, token=None)
+    status, found = posted(rig, "/measure", {"stock": STOCK, "material": "6061"}, token=None)
     tool, = found["tools"]
     assert status == 200 and found["stock"] == STOCK and found["source"] == "option" and tool["target_mm3_min"] == pytest.approx(9600, rel=0.01) and not found["confirmed"]
     assert found["program"] == "part.ngc" and not set(found) & {"job", "frame", "path_of_program"}
     ends = [p for p in found["path"] if p[3] == 0]
     assert ends[-1][:3] == pytest.approx([110, 30, -4], abs=0.01) and any(p[3] for p in found["path"])
     for token in (None, "wrong-token-9"):
-        assert post(rig, "/confirm", {"measured": found["measured"]}, token=token)[0] == 403 and not job.exists()
-    assert post(rig, "/confirm", {"measured": found["measured"]}, origin="http://evil.example")[0] == 403
-    assert post(rig, "/confirm", {"measured": found["measured"]}) == (200, {"file": "part.job.toml"})
+        assert posted(rig, "/confirm", {"measured": found["measured"]}, token=token)[0] == 403 and not job.exists()
+    assert posted(rig, "/confirm", {"measured": found["measured"]}, origin="http://evil.example")[0] == 403
+    assert posted(rig, "/confirm", {"measured": found["measured"]}) == (200, {"file": "part.job.toml"})
     written = job.read_text()
     assert jobs.read(str(job)).low == (0, 0, -20)
     job.unlink()
     status, *_ = chipwise_setup(tmp_path, None, "--stock", *map(str, STOCK), "--material", "6061", "--yes", machine=tmp_path / "machine" / "mill.ini")
     assert status == 0 and job.read_text() == written
-    assert post(rig, "/measure", {"stock": STOCK, "material": "6061"})[1]["confirmed"]
+    assert posted(rig, "/measure", {"stock": STOCK, "material": "6061"})[1]["confirmed"]
 
 
 def test_the_tool_is_a_corner(shop):
     """In the coordinates of the first move, which are those of G55 here."""
     rig, *_ = shop
-    assert post(rig, "/corner", {"measured": None}) == (200, {"corner": list(AT)})
-    number = post(rig, "/measure", {"stock": None, "material": ""})[1]["measured"]
-    assert post(rig, "/corner", {"measured": number})[1]["corner"] == pytest.approx(AT)
+    assert posted(rig, "/corner", {"measured": None}) == (200, {"corner": list(AT)})
+    number = posted(rig, "/measure", {"stock": None, "material": ""})[1]["measured"]
+    assert posted(rig, "/corner", {"measured": number})[1]["corner"] == pytest.approx(AT)
 
 
 @pytest.mark.parametrize("spoil, said", [
@@ -94,26 +88,26 @@ def test_the_tool_is_a_corner(shop):
     (lambda m, p: p.with_name("part.job.toml").mkdir(), "cannot be read")])
 def test_a_sentence_and_nothing_is_written(shop, spoil, said):
     rig, machine, program = shop
-    number = post(rig, "/measure", {"stock": STOCK, "material": ""})[1]["measured"]
+    number = posted(rig, "/measure", {"stock": STOCK, "material": ""})[1]["measured"]
     spoil(machine, program)
     before = sorted(path.name for path in program.parent.iterdir())
-    status, words = post(rig, "/confirm", {"measured": number})
+    status, words = posted(rig, "/confirm", {"measured": number})
     assert status == 409 and said in words and sorted(path.name for path in program.parent.iterdir()) == before
-    assert "measure it again" in post(rig, "/confirm", {"measured": number})[1]           # once
+    assert "measure it again" in posted(rig, "/confirm", {"measured": number})[1]           # once
 
 
 def test_what_cannot_be_measured(shop):
     rig, machine, program = shop
     for body in ({"stock": [1, 2, 3], "material": ""}, {"stock": [1, 2, 3, 4, 5, "6"], "material": ""}, {"stock": [1, 2, 3, 4, 5, 1e9], "material": ""},
                  {"stock": None, "material": "a\nb"}, {"stock": None, "material": 5}, {"stock": [0, 0, 0, 1, 1, True], "material": ""}):
-        assert post(rig, "/measure", body)[0] == 400, body
-    assert "no extent" in post(rig, "/measure", {"stock": [0, 0, 0, -1, 1, 1], "material": ""})[1]["error"]
+        assert posted(rig, "/measure", body)[0] == 400, body
+    assert "no extent" in posted(rig, "/measure", {"stock": [0, 0, 0, -1, 1, 1], "material": ""})[1]["error"]
     program.write_text(SLOT.replace("T1 M6", "").replace("S8000", "G1 Y[1/0]\nS8000"))
-    assert post(rig, "/measure", {"stock": STOCK, "material": ""})[1]["error"]
-    assert post(rig, "/measure", {"stock": STOCK, "material": ""}, origin=None)[0] == 403
+    assert posted(rig, "/measure", {"stock": STOCK, "material": ""})[1]["error"]
+    assert posted(rig, "/measure", {"stock": STOCK, "material": ""}, origin=None)[0] == 403
     machine.state = replace(machine.state, program="")
-    assert "no program is loaded" in post(rig, "/measure", {"stock": None, "material": ""})[1]["error"]
-    assert post(rig, "/confirm", {"measured": 1})[0] == 409 and post(rig, "/confirm", {"measured": "1"})[0] == 400
+    assert "no program is loaded" in posted(rig, "/measure", {"stock": None, "material": ""})[1]["error"]
+    assert posted(rig, "/confirm", {"measured": 1})[0] == 409 and posted(rig, "/confirm", {"measured": "1"})[0] == 400
 
 
 @pytest.mark.skipif(panel_browser.missing() != "", reason=panel_browser.missing() or "a browser")

@@ -10,11 +10,11 @@ import pytest
 
 from chipwise.tool_data import editor
 from chipwise.entry import mdi
-from chipwise.panel import entry, entry_process
+from chipwise.panel import entry
 from chipwise.panel import server
 from chipwise.tool_data.geometry import KEYS, load_tools
 from support.panel_client import request
-from support.panel_rig import TOKEN, serving
+from support.panel_rig import TOKEN, asking, post, serving
 from support.tool_files import FILE, written
 
 
@@ -34,13 +34,9 @@ def shop(tmp_path):
     path, machine = written(tmp_path), Mdi()
     (tmp_path / "a.tbl").write_text("T1 P1 D6\nT2 P2 D4\n")
     (tmp_path / "a.ini").write_text("[CHIPWISE]\nTOOL_GEOMETRY = tools.toml\n[EMCIO]\nTOOL_TABLE = a.tbl\n[TRAJ]\nLINEAR_UNITS = mm\n")
-    made = entry.Lines(str(tmp_path / "a.ini"), lambda order: json.loads(json.dumps(entry_process.answer(json.loads(json.dumps(order)), machine))))
+    made = entry.Lines(str(tmp_path / "a.ini"), asking(machine))
     with serving(TOKEN, lines=made) as rig:
         yield rig, machine, path
-
-
-def post(rig, body, token=TOKEN, origin="own"):
-    return request(rig.url, "/tool", "POST", json.dumps(body).encode(), X_Chipwise_Token=token, Origin=rig.url if origin == "own" else origin)
 
 
 def wanted(path, **values):
@@ -51,9 +47,9 @@ def test_the_page_changes_a_tool(shop):
     rig, _machine, path = shop
     found = json.loads(request(rig.url, "/tools.json")[2])
     assert found["file"] == "tools.toml" and found["tools"]["2"] == {"shape": "ball", "max_rate": 1000} and list(found["tools"]) == ["1", "2", "10"]
-    status, _headers, content = post(rig, {"tool": 1, "values": {"flutes": 3}, "checksum": found["checksum"]})
+    status, _headers, content = post(rig, "/tool", {"tool": 1, "values": {"flutes": 3}, "checksum": found["checksum"]})
     assert status == 200 and json.loads(content)["tools"]["1"]["flutes"] == 3 == load_tools(str(path))[1].flutes
-    status, _headers, words = post(rig, {"tool": 1, "values": {"flutes": 4}, "checksum": found["checksum"]})
+    status, _headers, words = post(rig, "/tool", {"tool": 1, "values": {"flutes": 4}, "checksum": found["checksum"]})
     assert status == 409 and b"tools.toml has changed since this page has read it" in words
 
 
@@ -63,7 +59,7 @@ def test_a_rate_of_before_is_shown_and_written_in_the_new_unit(shop):
     path.write_text(FILE.replace("max_rate = 1_000", "max_removal_rate = 12_500"))
     found = json.loads(request(rig.url, "/tools.json")[2])
     assert found["tools"]["2"] == {"shape": "ball", "max_rate": 12.5}
-    status, _headers, content = post(rig, {"tool": 2, "values": {**found["tools"]["2"], "flutes": 2}, "checksum": found["checksum"]})
+    status, _headers, content = post(rig, "/tool", {"tool": 2, "values": {**found["tools"]["2"], "flutes": 2}, "checksum": found["checksum"]})
     assert status == 200 and json.loads(content)["tools"]["2"] == {"shape": "ball", "max_rate": 12.5, "flutes": 2}
     assert path.read_text() == FILE.replace("max_rate = 1_000\t# steel\n", "max_rate = 12.5\t# steel\nflutes = 2\n")
 
@@ -78,23 +74,23 @@ def test_the_page_has_the_keys_of_the_file(root):
 def test_no_tool_is_changed_in_a_cut(shop, change):
     rig, machine, path = shop
     machine.state = replace(machine.state, **change)
-    status, _headers, words = post(rig, wanted(path))
+    status, _headers, words = post(rig, "/tool", wanted(path))
     assert status == 409 and b"the tool is not changed: a program or a command is under way" in words and path.read_text() == FILE
 
 
 def test_a_corner_that_the_tool_does_not_have(shop):
     rig, _machine, path = shop
-    status, _headers, words = post(rig, wanted(path, shape="bull", corner_radius=3.5))
+    status, _headers, words = post(rig, "/tool", wanted(path, shape="bull", corner_radius=3.5))
     assert status == 409 and words == b"corner_radius 3.5 mm is larger than half of the diameter of tool 1, 6 mm; give at most 3 mm" and path.read_text() == FILE
-    assert post(rig, wanted(path, shape="bull", corner_radius=3))[0] == 200
-    assert post(rig, {**wanted(path, shape="bull", corner_radius=99), "tool": 20})[0] == 200      # a tool that the table does not have yet
+    assert post(rig, "/tool", wanted(path, shape="bull", corner_radius=3))[0] == 200
+    assert post(rig, "/tool", {**wanted(path, shape="bull", corner_radius=99), "tool": 20})[0] == 200      # a tool that the table does not have yet
 
 
 @pytest.mark.parametrize("how", [{"token": None}, {"token": "wrong-token"}, {"token": ""}, {"origin": None}, {"origin": "http://evil.example"}])
 def test_nothing_without_token_and_origin(shop, how, monkeypatch):
     rig, _machine, path = shop
     monkeypatch.setattr(server, "WRONG_TOKEN_S", 0.01)
-    assert post(rig, wanted(path), **how)[0] == 403 and path.read_text() == FILE
+    assert post(rig, "/tool", wanted(path), **how)[0] == 403 and path.read_text() == FILE
 
 
 @pytest.mark.parametrize("body, status", [
@@ -106,7 +102,7 @@ def test_nothing_without_token_and_origin(shop, how, monkeypatch):
     ({"values": {"shape": "x" * 5000}}, 413)])
 def test_requests_of_strangers(shop, body, status):
     rig, _machine, path = shop
-    found, _headers, words = post(rig, {**wanted(path), **body} if body else {})
+    found, _headers, words = post(rig, "/tool", {**wanted(path), **body} if body else {})
     assert found == status and b"Traceback" not in words and path.read_text() == FILE and sorted(os.listdir(path.parent)) == ["a.ini", "a.tbl", "tools.toml"]
 
 

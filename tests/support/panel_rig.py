@@ -2,14 +2,16 @@
 """The server of `chipwise panel` with a machine that a test sets by hand, and a stock that the real core cuts."""
 import contextlib
 import ctypes
+import json
 import threading
 import time
 
-from chipwise.panel import machine, server, watch
+from chipwise.panel import entry_process, machine, server, watch
 from chipwise.clib import core, layout
 from chipwise.clib.library import library
 from chipwise.stock.path_done import PathDone
 from chipwise.stock.shared import SharedStock
+from support.panel_client import request
 
 TOKEN = "correct-horse-7"
 
@@ -127,3 +129,19 @@ def scene(program, **changed):
     """The scene that LinuxCNC shows of a loaded program (chipwise.panel.look_ahead); machine units."""
     return {"program": str(program), "index": 1, "offset": [0.0] * 3, "g92": [0.0] * 3, "turn": 0.0, "tool": 1, "codes": "G21 G17 G90 G91.1",
             "block_delete": False, **changed}
+
+
+def asking(mdi):
+    """What chipwise.panel.entry.Lines asks: the answers of panel/entry_process.py, here in this process, of a machine like entry/mdi.py."""
+    return lambda order: json.loads(json.dumps(entry_process.answer(json.loads(json.dumps(order)), mdi)))
+
+
+def post(rig, path, body, token=TOKEN, origin="own"):
+    """-> (status, headers, content) of a request as the page sends it; body: of JSON."""
+    return request(rig.url, path, "POST", json.dumps(body).encode(), X_Chipwise_Token=token, Origin=rig.url if origin == "own" else origin)
+
+
+def posted(rig, path, body, **who):
+    """-> (status, answer) of post(): from JSON, or words."""
+    status, _headers, content = post(rig, path, body, **who)
+    return status, json.loads(content) if content[:1] == b"{" else content.decode()
