@@ -11,6 +11,7 @@ import numpy as np
 from chipwise.headless import runner
 from support import ROOT, foreign
 from support import judge as judging
+from support.headless_rig import SLOW_MOTION
 
 SPEED = 6.0
 FREE, FREE_MOST = 1000.0, 600.0         # times Q; cm3/min or in3/min, and M251 takes no more than that of an inch program
@@ -76,7 +77,7 @@ def ini_text(condition, table, geometry):
     text = re.sub(r"^TOOL_GEOMETRY *=.*$", f"TOOL_GEOMETRY = {geometry}", text, flags=re.M)
     text = re.sub(r"^(\w*ACCELERATION) *=.*$", rf"\1 = {condition.accel / unit:.6f}", text, flags=re.M)
     text = re.sub(r"^SERVO_PERIOD *=.*$", f"SERVO_PERIOD = {round(condition.period * 1e6)}", text, flags=re.M)
-    text = re.sub(r"^COMM_TIMEOUT *=.*$", "COMM_TIMEOUT = 300", text, flags=re.M)      # s of a fast clock: as tests/support/operate.py
+    text = re.sub(r"^COMM_TIMEOUT *=.*$", SLOW_MOTION, text, flags=re.M)
     text = re.sub(r"^SUBROUTINE_PATH *=.*$", f"SUBROUTINE_PATH = {ROOT}/nc_files", text, flags=re.M)
     if not condition.arc_blends:
         text = text.replace("[TRAJ]\n", "[TRAJ]\nARC_BLEND_ENABLE = 0\n", 1)

@@ -7,8 +7,8 @@ import numpy as np
 
 from chipwise.headless import runner
 
-
-SLOW_MOTION = 'COMM_TIMEOUT = 300'         # s of a clock that may be ten times as fast: a computer that is blocked for 3 s loses no command
+# LinuxCNC drops a command that motion does not answer within so many s, of a clock that may be ten times as fast as the computer's.
+SLOW_MOTION = 'COMM_TIMEOUT = 300'
 
 
 def own_ini(tmp_path, source=runner.HEADLESS, **sections):

@@ -6,6 +6,7 @@ import os
 import subprocess
 
 from chipwise.headless import runner
+from support.headless_rig import SLOW_MOTION
 
 SCRIPTED = os.path.join(os.path.dirname(os.path.abspath(__file__)), 'scripted_display.py')
 CONFIGS = os.path.join(runner.ROOT, 'configs')          # a private copy inside the sandbox
@@ -44,8 +45,7 @@ def operate(tmp_path, steps, ini='mill.ini', edit='', before=':', home=True, spe
     """
     answers = tmp_path / 'answers.json'
     answers.unlink(missing_ok=True)
-    # LinuxCNC drops a command that motion does not answer within COMM_TIMEOUT: with the fast clock a computer that is blocked for 3 s would do
-    script = (f"cd {CONFIGS} && {before} && sed -e 's#^DISPLAY = .*#DISPLAY = {SCRIPTED}#' -e 's#^COMM_TIMEOUT = .*#COMM_TIMEOUT = 300#' "
+    script = (f"cd {CONFIGS} && {before} && sed -e 's#^DISPLAY = .*#DISPLAY = {SCRIPTED}#' -e 's#^COMM_TIMEOUT = .*#{SLOW_MOTION}#' "
               f"-e '{edit or 'p;d'}' {ini}"
               " > scripted.ini && { linuxcnc -r scripted.ini; status=$?; " + MONITOR_ENDS + "exit $status; }")
     steps = [['home'], *steps] if home else steps
