@@ -179,23 +179,26 @@ class Person:
 
     # --- what is left ---------------------------------------------------------------------------------------------
 
-    def programs(self):
-        """{pid: command line} of everything the user runs, and of rtapi_app, which is root's."""
+    def programs(self, ending=False):
+        """{pid: command line} of everything the user runs, and of rtapi_app, which is root's; with `ending` also {pid: name} of what has ended
+        and still returns its memory: it has no command line any more, and its shared memory is still there."""
         found = {}
         for pid in processes.pids():
             words = [os.fsdecode(word) for word in processes.command_line(pid)]
             try:
                 own = os.stat(f'/proc/{pid}').st_uid == pwd.getpwnam(self.user).pw_uid
+                words = words or [text_of(f'/proc/{pid}/comm').strip()] * ending
+                alone = len(os.listdir(f'/proc/{pid}/task')) == 1
             except OSError:
                 continue
-            if words and (own or 'rtapi_app' in words[0]) and processes.stat_fields(pid)[:1] != ['Z']:
+            if words and (own or 'rtapi_app' in words[0]) and not (alone and processes.stat_fields(pid)[:1] in ([], ['Z'])):
                 found[pid] = ' '.join(words)
         return found
 
     def left(self):
         """{pid: command line} of what still runs some seconds after the end of LinuxCNC; the panel looks once a second."""
         with contextlib.suppress(Trouble):
-            wait('the end of everything', lambda: not self.programs(), END_S)
+            wait('the end of everything', lambda: not self.programs(ending=True), END_S)
         return self.programs()
 
     def kill_all(self):
