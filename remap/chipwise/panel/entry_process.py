@@ -141,9 +141,39 @@ def _resume(order, machine):
 _WORK = {"resume": _resume, "go-on": _resume, "plan": plan, "run": run, "guard": guard, "part": part, "tool": tool, "measure": _set_up, "corner": _set_up, "confirm": _set_up}
 
 
-def answer(order, machine):
-    """The answer to an order."""
+class Seen:
+    """entry/mdi.py with one look at LinuxCNC, before the work begins.
+
+    The status buffer of LinuxCNC has a lock: a process that lets others come first must not hold it, or the task waits for as long as a busy
+    computer lets that process wait.
+    """
+
+    def __init__(self, machine):
+        self.machine, self.error = machine, None
+        try:
+            self.state, self.in_force = machine.read(), machine.scene()
+        except CycleError as error:         # said where the work needs the machine: what is wrong with the order comes first
+            self.error = error
+
+    def read(self):
+        if self.error:
+            raise self.error
+        return self.state
+
+    def scene(self):
+        self.read()
+        return self.in_force
+
+    def __getattr__(self, name):
+        return getattr(self.machine, name)
+
+
+def answer(order, machine, nice=0):
+    """The answer to an order; with `nice` it is worked out while others come first."""
     try:
+        if nice:
+            machine = Seen(machine)
+            os.nice(nice)
         return _WORK[order["do"]](order, machine)
     except CycleError as error:
         return {"error": printable(unnamed(error)), "number": getattr(error, "number", 0)}
@@ -152,9 +182,7 @@ def answer(order, machine):
 def main():
     from chipwise.entry import mdi
     order = json.load(sys.stdin)
-    if order["do"] in ("plan", "measure", "resume"):
-        os.nice(NICE)
-    print(json.dumps(answer(order, mdi)), flush=True)
+    print(json.dumps(answer(order, mdi, NICE if order["do"] in ("plan", "measure", "resume") else 0)), flush=True)
 
 
 if __name__ == "__main__":
