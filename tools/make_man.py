@@ -80,7 +80,7 @@ def chipwise():
                     '.SH FILES', '.TP', '.B ~/linuxcnc/configs/chipwise/mill.ini', 'the simulated mill, made by chipwise new\\-config',
                     '.TP', '.B share/doc/chipwise', 'the documentation',
                     '.SH SEE ALSO', 'chipwise\\-sandbox(1), chipwise\\-headless(1), linuxcnc(1), stock_tracker(9), '
-                    'volumetric_feed(9), chipwise_command(9), chipwise_guard(9), chipwise_inputs(9), tracer(9), tracer_offset(9), tracer_slave(9), tracer_model(9)']
+                    'volumetric_feed(9), chipwise_command(9), chipwise_guard(9), chipwise_inputs(9), tracer(9), tracer_offset(9), tracer_slave(9), tracer_model(9), spindle_sim(9)']
 
 
 def single(parser):

@@ -16,7 +16,7 @@ import sys
 ROOT = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 PAGE = os.path.join(ROOT, 'docs', 'design', 'pins.md')
 COMPONENTS = ('chipwise_inputs', 'chipwise_command', 'stock_tracker', 'volumetric_feed', 'chipwise_guard',
-              'tracer', 'tracer_offset', 'tracer_slave', 'tracer_model')
+              'tracer', 'tracer_offset', 'tracer_slave', 'tracer_model', 'spindle_sim')
 
 _LINE = re.compile(r'^(pin|param)\s+(in|out|io|rw|r)\s+(\w+)\s+(\w+)(#?)(?:\[(\d+)\])?\s*'
                    r'(?:=\s*([^\s"]+))?\s*"((?:[^"\\]|\\.)*)"', re.MULTILINE)

@@ -19,6 +19,7 @@ loadrt tracer
 loadrt tracer_offset
 loadrt tracer_slave
 loadrt tracer_model
+loadrt spindle_sim
 addf chipwise-command.0 servo
 addf stock-tracker.0 servo
 addf volumetric-feed.0 servo
@@ -28,6 +29,7 @@ addf tracer-offset.0 servo
 addf tracer-slave.0 servo
 addf tracer-slave.0.pulse servo
 addf tracer-model.0 servo
+addf spindle-sim.0 servo
 start
 loadusr -w {python} {script} {seed} {steps}
 getp stock-tracker.0.fault
@@ -52,7 +54,7 @@ def test_hostile_numbers_on_every_pin(tmp_path):
     assert wrong == [], f"CHIPWISE_SEED={random_seed()} CHIPWISE_RANDOM_COUNT={steps}: {wrong[0]}"
     assert seen["steps"] == steps and seen["ready"] > 0.05 * steps
     for component in ("stock_tracker", "volumetric_feed", "chipwise_guard", "chipwise_command", "tracer", "tracer_offset", "tracer_slave",
-                      "tracer_model"):
+                      "tracer_model", "spindle_sim"):
         prefix = component.replace("_", "-") + ".0."
         there = {name.removeprefix(prefix) for name in seen["inputs"] if name.startswith(prefix)}
         assert there == inputs_of(component), there ^ inputs_of(component)

@@ -1,44 +1,18 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* Checks that are counted, a tool, a stock and the sweeps of that tool: what test_core.c and test_core_load.c share. */
+/* A tool, a stock and the sweeps of that tool: what the tests of the stock share. */
 #ifndef CHIPWISE_TESTS_CORE_CHECKS_H
 #define CHIPWISE_TESTS_CORE_CHECKS_H
 
-#include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "../../components/core/chip_math.h"
+#include "counted_checks.h"
+
 #include "../../components/core/stock.h"
 #include "../../components/core/sweep.h"
 #include "../../components/core/tool.h"
 
 #define ALL (1 << 30) /* cells of work: no bound */
-
-static int passed, failed;
-
-#define CHECK(condition) check((condition) != 0, __FILE__, __LINE__, #condition)
-#define NEAR(value, want, tolerance) near_to((value), (want), (tolerance), __FILE__, __LINE__, #value)
-
-static void check(int ok, const char *file, int line, const char *text)
-{
-    if (ok) {
-        passed++;
-        return;
-    }
-    failed++;
-    printf("%s:%d: %s\n", file, line, text);
-}
-
-static void near_to(double value, double want, double tolerance, const char *file, int line, const char *text)
-{
-    if (fabs(value - want) <= tolerance) {
-        passed++;
-        return;
-    }
-    failed++;
-    printf("%s:%d: %s is %.9g, should be %.9g within %.3g\n", file, line, text, value, want, tolerance);
-}
 
 static struct chip_tool tool_of(double diameter, double corner, double tip)
 {
@@ -75,12 +49,6 @@ static double cut_to(struct chip_sweep *sweep, struct chip_stock *stock, const s
     const double tip[3] = { x, y, z };
     chip_sweep_to(sweep, tip);
     return chip_sweep_run(sweep, stock, tool, ALL, NULL);
-}
-
-static int report(void)
-{
-    printf("%d passed, %d failed\n", passed, failed);
-    return failed != 0;
 }
 
 #endif

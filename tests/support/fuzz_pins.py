@@ -20,7 +20,7 @@ from chipwise.host.halcmd import halcmd       # noqa: E402
 SETTLE = 4                  # servo periods until an input has been read and answered
 FILL_S = 20.0               # until the map is filled again
 PREFIXES = ("stock-tracker.0.", "volumetric-feed.0.", "chipwise-guard.0.", "chipwise-command.0.", "tracer.0.", "tracer-offset.0.", "tracer-slave.0.",
-            "tracer-model.0.")
+            "tracer-model.0.", "spindle-sim.0.")
 KINDS = {"float": hal.HAL_FLOAT, "s32": hal.HAL_S32, "bit": hal.HAL_BIT, "u32": hal.HAL_U32}
 HOSTILE = [0.0, -0.0, 1.0, -1.0, 5e-324, 1e-300, 1e-12, 1e-6, 0.3, 90.0, 180.0, 1e5, 1e6, -1e6, 1.1e6, 1e9, 1e18, 1e150, -1e150, 1.7e308, -1.7e308,
            math.inf, -math.inf, math.nan]

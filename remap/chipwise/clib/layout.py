@@ -1556,6 +1556,57 @@ class AxisOffset(C.Structure):
     ]
 
 
+class SpindleSettings(C.Structure):
+    """struct chip_spindle_settings"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("inertia_kg_m2", C.c_double),
+        ("torque_nm", C.c_double),
+        ("idle_w", C.c_double * 3),
+        ("factor_share", C.c_double),
+        ("wear_per_h", C.c_double),
+        ("break_time_s", C.c_double),
+        ("lag_s", C.c_double),
+        ("drift_per_h", C.c_double),
+        ("noise_share", C.c_double),
+        ("sample_s", C.c_double),
+        ("period_s", C.c_double),
+        ("seed_number", C.c_int),
+    ]
+
+
+class SpindleSim(C.Structure):
+    """struct chip_spindle_sim"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("speed_rps", C.c_double),
+        ("hours", C.c_double),
+        ("cut_s", C.c_double),
+        ("lagged_w", C.c_double),
+        ("noise", C.c_double),
+        ("sample_left_s", C.c_double),
+        ("random", C.c_uint64),
+        ("seeded", C.c_int),
+        ("is_begun", C.c_int),
+        ("is_broken", C.c_int),
+    ]
+
+
+class SpindleShown(C.Structure):
+    """struct chip_spindle_shown"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("load_w", C.c_double),
+        ("quiet_w", C.c_double),
+        ("true_w", C.c_double),
+        ("speed_rps", C.c_double),
+        ("is_at_speed", C.c_int),
+    ]
+
+
 class HeightMap(C.Structure):
     """struct chip_height_map"""
 
@@ -1828,6 +1879,9 @@ STRUCTURES = {
     "chip_axis_offset_in": AxisOffsetIn,
     "chip_axis_offset_out": AxisOffsetOut,
     "chip_axis_offset": AxisOffset,
+    "chip_spindle_settings": SpindleSettings,
+    "chip_spindle_sim": SpindleSim,
+    "chip_spindle_shown": SpindleShown,
     "chip_height_map": HeightMap,
     "chip_height_tool": HeightTool,
     "chip_height_met": HeightMet,
