@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Any program, as it is: what chipwise check, rewrite and the filter answer for sixty ordinary programs and for LinuxCNC's own, and whether the findings are true.
 
-Called by hand: `/usr/bin/python3 bench/bench_any_program.py [--seed N] [--every N] [--nc FOLDER] [--answers]`.
+Called by hand: `/usr/bin/python3 bench/bench_any_program.py [--seed N] [--every N [--from N]] [--nc FOLDER] [--answers]`.
 
  1. tests/support/ordinary_programs.py has the programs: twelve CAM systems' manners, five shapes of work each, in eight clothes.  The machine is configs/mill.ini.
  2. Each is answered with figures, or refused with a sentence, or it fails: a traceback, an internal error, no answer.
@@ -157,8 +157,9 @@ def main():
     parser.add_argument("--nc", help="a folder of programs, with those below it, which are only counted")
     parser.add_argument("--answers", action="store_true", help="rewrite and the filter, in place of check")
     parser.add_argument("--every", type=int, default=1, metavar="N", help="each Nth of the sixty only")
+    parser.add_argument("--from", type=int, default=0, metavar="N", dest="first", help="after the first N of them")
     options = parser.parse_args()
-    texts = dict(list(ordinary_programs.programs(options.seed).items())[::options.every])
+    texts = dict(list(ordinary_programs.programs(options.seed).items())[options.first::options.every])
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         for name, (data, _clothes) in texts.items():

@@ -140,6 +140,14 @@ def test_what_is_missing_is_said_at_once(tmp_path, machine):
     assert status == 2 and "comments name several: T1 6 mm, T2 8 mm" in out
 
 
+def test_two_things_that_are_missing_are_one_message(tmp_path, machine):
+    status, _out, program = checked(tmp_path, "G21 G90\nF300\nG0 X0 Y0 Z0\nG1 X40 Y7\nM2\n", machine=machine)
+    assert status == 2 and program["error"] == (
+        "no tool is in the spindle (tool 0), and the program's comments name none, and no stock is defined, and the program feeds at one height only: its depth "
+        "is not known; call one with T.. M6 before, or name it with --tool N or --tool-diameter D, and add M250, or name the stock with --stock X0 Y0 Z0 X1 Y1 Z1")
+    assert program["error"].count("; ") == 1 and program["extents_mm"] == {"min": [0, 0, 0], "max": [40, 7, 0]}
+
+
 def test_a_program_of_one_height_has_no_stock(tmp_path, machine):
     for z in ("-1", "0", "3"):
         text = f"G21 G90\nT1 M6\nG0 Z{z}\nG0 X0 Y0\nG1 X50 F400\nM2\n"

@@ -4,6 +4,7 @@
 import pytest
 
 from support.check_runs import SLOT, STOCK, chipwise_check, mill_with_tools
+from support.setup_runs import chipwise_setup
 
 
 @pytest.fixture(name="machine")
@@ -57,7 +58,7 @@ def test_it_is_judged_up_to_a_rotary_axis(tmp_path, machine):
 
 
 def test_a_zero_that_is_probed_carries_the_stock(tmp_path, machine):
-    """The usual plate: the zero of Z lies where the probe ends, and the stock of --stock below it."""
+    """The usual plate: the zero of Z lies where the probe ends, and the stock of --stock, or the assumed one, below it.  `setup` does not put one there."""
     probed = SLOT.replace(STOCK, "").replace("G0 X-10", "G0 X-10 Y30 Z5\nG38.2 Z-25 F50\nG92 Z3\nG0 Z10\nG0 X-10")
     plain = SLOT.replace(STOCK, "")
     stock = ("--stock", "0", "0", "-20", "100", "60", "0")
@@ -65,3 +66,11 @@ def test_a_zero_that_is_probed_carries_the_stock(tmp_path, machine):
     out, program = checked(tmp_path, machine, probed, *stock)
     assert "the program probes (G38)" in out and program["tools"][0]["volume_mm3"] == pytest.approx(whole["tools"][0]["volume_mm3"], rel=1e-3)
     assert program["tools"][0]["depth_mm"] == pytest.approx(4.0, abs=0.01)
+    alone, assumed = (checked(tmp_path, machine, text)[1] for text in (plain, probed))
+    assert assumed["stock"] == alone["stock"] and assumed["tools"][0]["volume_mm3"] == pytest.approx(alone["tools"][0]["volume_mm3"], rel=1e-3)
+    early = probed.replace("G0 X-10 Y30 Z5\n", "", 1)               # the probe is the first move
+    for text, options in ((probed, stock), (probed, ()), (early, ())):
+        status, out, _err, report = chipwise_setup(tmp_path, text, "--yes", *options, machine=machine)
+        assert status == 2 and report["error"].startswith("the program probes its zero (G38)") and report["error_line"] > 2, out
+    status, out, _err, report = chipwise_setup(tmp_path, probed.replace("G0 Z10\n", "G0 Z10\n" + STOCK), machine=machine)
+    assert status == 0 and report["stock"]["source"] == "program", out

@@ -142,4 +142,5 @@ def _run(simulation, reader, progress, cpu_s):
                                  "use a larger --cell, or raise --time-limit", int(block[-1, 1]))
             if progress:
                 progress(int(block[-1, 1]))
+        simulation.carries_stock = reader.carries_stock
         return simulation.finish(reader.messages, reader.notes)

@@ -80,6 +80,7 @@ def surveyed(reader, machine, progress=None):
             survey.take(block)
             if progress:
                 progress(int(block[-1, 1]))
+    survey.carries_stock = reader.carries_stock
     return survey
 
 
@@ -107,7 +108,7 @@ def assume(survey, program, machine, line=0, has_stock=False, tool=None, diamete
         _assume_stock(survey, said, found, machine.unit)
     if found.lacking:
         facts, remedies, about = zip(*found.lacking)
-        raise Unknown(", ".join(facts), ", ".join(dict.fromkeys(remedies)), survey, line, about)
+        raise Unknown(", and ".join(facts), ", and ".join(dict.fromkeys(remedies)), survey, line, about)
     if said.rapids_are_feeds:
         found.note("its traverses are G1, as Fusion writes them for personal use: moves in air count as feed moves")
     return found

@@ -64,7 +64,7 @@ class Simulation(ToothRules):
         self.extents = Extents()
         self.travel = Travel(machine.limits) if machine.limits else None
         self.clamps = Clamps(settings)
-        self.assumption = assumption
+        self.assumption, self.carries_stock = assumption, False      # the latter: reader.Reader's; set by who reads
         if assumption:
             self.result.assume(assumption)
             if assumption.spindle is not None:

@@ -62,6 +62,7 @@ class Survey:
         self.top = -np.inf              # the highest end of a feed move across
         self.highest = -np.inf          # Z of any move, machine coordinates
         self.has_stock = False
+        self.carries_stock = False      # reader.Reader's; set by who reads
         self.dwell_s, self.tool_changes = 0.0, 0
         self.place_known, self.unplaced = False, rules.Unplaced()
 
@@ -145,9 +146,10 @@ class Survey:
         return self.highest - self.frame.offset[2] - self.frame.g92[2] > level
 
     def at_first_move(self, low, high):
-        """Corners of a box in the work coordinates of the first move; where those are turned against the others, of the box around it."""
+        """Corners of a box in the work coordinates of the first move; where those are turned against the others, of the box around it.  A zero that is
+        probed before the first cut carries a stock that is named in them."""
         frame, first = self.frame, self.first_frame
-        if first is None or frame == first:
+        if first is None or frame == first or self.carries_stock:
             return low, high
         corners = np.array([first.to_work(frame.to_machine((x, y, z))) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
         return corners.min(axis=0), corners.max(axis=0)

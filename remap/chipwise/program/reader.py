@@ -136,6 +136,7 @@ class Reader:
                  written=False, judged=True, memory_mb=None, watched=None, targets=False, most_bytes=MAX_BYTES, needs_end=False, clamps=False):
         self.program, self.machine, self.messages = os.path.abspath(program), machine, []
         self.notes = []                 # [[line, text], ..] about how it was read
+        self.carries_stock = False      # whether a zero that is probed before the first cut carries the stock, so that `stock` counts from there
         self._stock, self._cpu_s, self._most_moves, self._written, self._judged = stock, cpu_s, most_moves, written, judged
         self._most_bytes, self._clamps = most_bytes, clamps
         self._memory_mb, self._watched, self._targets, self.trace = memory_mb, watched, targets, None
@@ -249,7 +250,7 @@ class Reader:
         raise Unusable(f"LinuxCNC's interpreter ended ({said[-1]})", "see whether `rs274 -g` reads it")
 
     def _end(self, end):
-        self.messages, self.notes, self.trace = end["messages"], end["notes"], end["trace"]
+        self.messages, self.notes, self.trace, self.carries_stock = end["messages"], end["notes"], end["trace"], end["carries"]
         if end["stop"]:
             line, text, remedy, unfinished = end["stop"]
             raise (Unfinished if unfinished else Unreadable)(text, remedy, line)

@@ -62,7 +62,7 @@ class Canon(ToolCalls, ClampComments, interpreter_process.Canon):
         self.spindle = self.tools.entry(0) if job["random"] else self.tools.of_number(job["tool"])
         self.g5x, self.g92, self.angle, self.sin, self.cos = (0.0,) * 3, (0.0,) * 3, 0.0, 0.0, 1.0
         self.at = [0.0, 0.0, 0.0]           # inch, work coordinates without offsets
-        self.stop, self.fed, self.probed, self.ended = None, False, False, False        # ended: judged up to here
+        self.stop, self.fed, self.probed, self.ended, self.carries = None, False, False, False, False       # ended: judged up to here
         self.messages, self.notes, self.trace, self.modes = [], [], None, MotionModes(job["axis_mask"])
         self.pending = []
         self.wants_targets, self._owns_stock = job["targets"], False
@@ -105,8 +105,10 @@ class Canon(ToolCalls, ClampComments, interpreter_process.Canon):
         x, y = x - g5x[0], y - g5x[1]
         self.at = x * self.cos + y * self.sin - g92[0], y * self.cos - x * self.sin - g92[1], z - g5x[2] - g92[2]
         self._event(FRAME, self.angle, *(v * INCH for v in (*self.g5x, *self.g92)))
-        if self.probed and not self.fed and self.job["stock"] and not self._owns_stock:
-            self._put = self._first_put             # the zero that is probed is that of the stock
+        if self.probed and not self.fed and not self._owns_stock:
+            self.carries = True                     # the zero that is probed is that of the stock
+            if self.job["stock"]:
+                self._put = self._first_put
 
     def set_plane(self, plane):
         self.plane = plane
@@ -340,7 +342,7 @@ def main():
     except Stop:
         pass
     send(b"R", canon.records.tobytes())
-    send(b"E", json.dumps({"error": error, "stop": canon.stop, "line": line, "last": canon.line, "moves": canon.count,
+    send(b"E", json.dumps({"error": error, "stop": canon.stop, "line": line, "last": canon.line, "moves": canon.count, "carries": canon.carries,
                            "messages": canon.messages, "notes": canon.notes, "trace": canon.trace and canon.trace.items}).encode())
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from chipwise.check import blends
 from chipwise.program import records
 from chipwise.check.drawn_path import Path, Thinner
-from chipwise.program.program_file import MAX_BYTES
+from chipwise.program.program_file import MAX_BYTES, Unreadable
 from chipwise.check.answer import check
 from chipwise.check.simulate import Simulation
 from chipwise.check.times import CONSTANT, OFF, Timer
@@ -231,6 +231,11 @@ def measure(program, machine, names, stock=None, **arguments):
         source = result.stock[2]
     elif stock and (simulation.first_stock is None or np.allclose(np.concatenate(stock), np.concatenate(simulation.first_stock), atol=1e-3)):
         source = OPTION
+    if source != PROGRAM and simulation.carries_stock:
+        line = next((line for line, text in result.notes if "(G38)" in text), 0)
+        error = Unreadable("the program probes its zero (G38), so only the machine knows where the stock lies", "define it with M250 behind the probing", line)
+        result.error = str(error), error.line
+        return Measured(result)
     tools = tuple(simulation.proposal(figures, names.get(number, "")) for number, figures in result.tools.items() if number in simulation.timer.loads)
     return Measured(result, digest, (*simulation.first_stock, source), tools, simulation.timer.has_own_rate, simulation.thinner.path(), simulation.first_frame or simulation.frame)
 
