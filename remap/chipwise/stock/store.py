@@ -85,7 +85,7 @@ class Head:
         return (self.nx + 2) * (self.ny + 2)
 
 
-def _check_head(head: Head) -> None:
+def check_head(head: Head) -> None:
     """Raise StoreError where the numbers cannot be those of a map."""
     numbers = [head.cell, head.removed, *head.low, *head.high, *head.half, head.turn]
     try:
@@ -214,7 +214,7 @@ def checked_head(fields: Any) -> Head:
         raise StoreError(BROKEN, "its head has a field of another type than it should")
     head = Head(float(fields["cell"]), tuple(map(float, fields["low"])), tuple(map(float, fields["high"])), fields["shape"],
                 fields["nx"], fields["ny"], float(fields["removed"]), tuple(map(float, fields["half"])), float(fields["turn"]))
-    _check_head(head)
+    check_head(head)
     return head
 
 
