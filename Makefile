@@ -193,6 +193,9 @@ $(LAYOUT) &: tools/make_layout.py $(HEADERS)
 # Offline only, a million moves at a time: compiled for speed, so that its loops become vectors.
 FAST = -O3 -fno-math-errno -fno-trapping-math -fno-signed-zeros -fassociative-math -ffinite-math-only
 
+# Distances to the last bit as numpy has them (nearest_element.h).
+$(BUILD)/offline/nearest_element.o: FAST = -O2
+
 $(BUILD)/offline/%.o: components/offline/%.c $(HEADERS)
 	@mkdir -p $(@D)
 	$(CC) $(HARDENING) $(filter-out -Os -Wframe-larger-than=%,$(RTFLAGS)) $(FAST) $(CFLAGS) -Icomponents -c -o $@ $<

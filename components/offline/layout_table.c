@@ -29,6 +29,7 @@
 #include "offline/tracer_loop.h"
 #include "offline/chain_fit.h"
 #include "offline/engage.h"
+#include "offline/nearest_element.h"
 
 struct chip_layout_entry { const char *name; long value; };
 
@@ -1688,6 +1689,31 @@ const struct chip_layout_entry chip_layout_table[] = {
     { "chip_engage_rule.step size", sizeof(((struct chip_engage_rule *)0)->step) },
     { "chip_engage_rule.air", offsetof(struct chip_engage_rule, air) },
     { "chip_engage_rule.air size", sizeof(((struct chip_engage_rule *)0)->air) },
+    { "chip_element_tree", sizeof(struct chip_element_tree) },
+    { "chip_element_tree.n", offsetof(struct chip_element_tree, n) },
+    { "chip_element_tree.n size", sizeof(((struct chip_element_tree *)0)->n) },
+    { "chip_element_tree.levels", offsetof(struct chip_element_tree, levels) },
+    { "chip_element_tree.levels size", sizeof(((struct chip_element_tree *)0)->levels) },
+    { "chip_element_tree.first", offsetof(struct chip_element_tree, first) },
+    { "chip_element_tree.first size", sizeof(((struct chip_element_tree *)0)->first) },
+    { "chip_element_tree.low", offsetof(struct chip_element_tree, low) },
+    { "chip_element_tree.low size", sizeof(((struct chip_element_tree *)0)->low) },
+    { "chip_element_tree.high", offsetof(struct chip_element_tree, high) },
+    { "chip_element_tree.high size", sizeof(((struct chip_element_tree *)0)->high) },
+    { "chip_element_tree.start", offsetof(struct chip_element_tree, start) },
+    { "chip_element_tree.start size", sizeof(((struct chip_element_tree *)0)->start) },
+    { "chip_element_tree.end", offsetof(struct chip_element_tree, end) },
+    { "chip_element_tree.end size", sizeof(((struct chip_element_tree *)0)->end) },
+    { "chip_element_tree.centre", offsetof(struct chip_element_tree, centre) },
+    { "chip_element_tree.centre size", sizeof(((struct chip_element_tree *)0)->centre) },
+    { "chip_element_tree.radius", offsetof(struct chip_element_tree, radius) },
+    { "chip_element_tree.radius size", sizeof(((struct chip_element_tree *)0)->radius) },
+    { "chip_element_tree.middle", offsetof(struct chip_element_tree, middle) },
+    { "chip_element_tree.middle size", sizeof(((struct chip_element_tree *)0)->middle) },
+    { "chip_element_tree.cos_half", offsetof(struct chip_element_tree, cos_half) },
+    { "chip_element_tree.cos_half size", sizeof(((struct chip_element_tree *)0)->cos_half) },
+    { "chip_element_tree.is_arc", offsetof(struct chip_element_tree, is_arc) },
+    { "chip_element_tree.is_arc size", sizeof(((struct chip_element_tree *)0)->is_arc) },
     { 0, 0 }
 };
 

@@ -102,6 +102,8 @@ FAULTS = {
     "STATION_BEYOND": ("a station behind the last read", "surface/test_arcs.py::test_nothing_is_read_behind_the_last_station"),
     "BAND_LEFT": ("a line above its band", "surface/test_arcs.py::test_every_station_is_in_its_band"),
     "LINES_ONLY": ("no arcs", "surface/test_arcs.py::test_a_circle_is_few_arcs_and_without_them_lines"),
+    "CARRIER_MEASURED": ("the line through an element measured", "geometry/test_pocket_size.py::test_nearest_by_the_tree"),
+    "FIRST_LEAF_ONLY": ("the first element met treated as the nearest", "geometry/test_pocket_size.py::test_nearest_by_the_tree"),
     "BINS_SHORT": ("triangles in their first bins only", "surface/test_drop_cutter.py::test_points_against_brute_force[flat]"),
     "EDGES_NOT_MET": ("edges not met", "surface/test_drop_cutter.py::test_points_against_brute_force[ball]"),
     "FACET_AT_AXIS": ("a facet met at the axis", "surface/test_drop_cutter.py::test_closed_forms[ball]"),

@@ -4,7 +4,6 @@ import math
 from functools import partial
 
 import numpy as np
-import pytest
 
 from chipwise.geometry.base import chains, elements, search
 from chipwise.geometry.base.contour import make_contour
@@ -62,20 +61,29 @@ def test_rings_in_any_order(monkeypatch):
     assert falling == rising and any(gone.any() for _, gone in pocket.sunk.known)
 
 
-@pytest.mark.parametrize("chunk", [7, 10_000])
-def test_nearest_by_the_tree(monkeypatch, chunk):
+def test_nearest_by_the_tree():
     """As by measuring every element."""
-    monkeypatch.setattr(search, "CHUNK", chunk)
     rng = np.random.default_rng(1)
     for seed in range(6):
         e = make_contour(contour_case(seed, "bulged")[0]).elements
+        assert e.is_arc.any() and not e.is_arc.all()
         low, high = e.start.min(axis=0) - 3.0, e.start.max(axis=0) + 3.0
         point = np.concatenate((rng.uniform(low, high, (100, 2)), e.start, elements.point_at(e, np.arange(len(e)), np.full(len(e), 0.3))))
         reach = rng.uniform(0.0, 10.0, len(point))
-        gap = search.near_gaps(search.build(*elements.boxes(e)), partial(elements.distances, e), point, reach)
+        gap = search.near_gaps(search.build(*elements.boxes(e)), e, point, reach)
         every = np.min([elements.distances(e, np.full(len(point), k), point) for k in range(len(e))], axis=0)
         assert np.array_equal(gap[every < reach], every[every < reach])
         assert np.all(gap[every >= reach] >= reach[every >= reach])
+
+
+def test_nearest_of_few_and_of_what_is_not_a_number():
+    one = elements.make_lines(np.zeros((1, 2)), np.array([[4.0, 0.0]]))
+    point = np.array([[1.0, 2.0], [np.nan, 2.0], [7.0, 4.0], [4.0, 9.0]])
+    for count in (1, 2, 4, 5, 17):
+        e = elements.join([one] + [elements.make_lines(np.full((1, 2), 100.0 * k), np.full((1, 2), 100.0 * k)) for k in range(1, count)])
+        gap = search.near_gaps(search.build(*elements.boxes(e)), e, point, np.full(4, 6.0))
+        assert gap[0] == 2.0 and gap[1] == np.inf and gap[2] == 5.0 and gap[3] >= 6.0
+    assert search.near_gaps(search.build(*elements.boxes(one)), one, np.zeros((0, 2)), np.zeros(0)).shape == (0,)
 
 
 def test_slots_in_parts(monkeypatch):

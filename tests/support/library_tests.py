@@ -15,6 +15,7 @@ GROUPS = {
                "tests/core/test_axis_offset.py", "tests/core/test_master_slave.py"],
     "surfaces": ["tests/surface/test_arcs.py", "tests/surface/test_drop_cutter.py", "tests/surface/test_needed.py"],
     "pockets": ["tests/geometry/test_pocket_engage.py"],
+    "nearest": ["tests/geometry/test_pocket_size.py"],
     "programs": ["tests/check/test_check_sweep.py", "tests/rewrite/test_rewrite_depths.py", "tests/rewrite/test_rewrite_sought.py"],
 }
 

@@ -115,6 +115,8 @@ TRACER_DELAY = 64
 TRACER_RISES = 4
 TRACER_WINDOW = 17
 TRAVERSE_POINTS = 256
+TREE_FAN = 4
+TREE_LEVELS = 32
 WAITING_MAX = 3
 WEIGHTS = 256
 WORK_A_NODE = 14
@@ -1816,6 +1818,26 @@ class EngageRule(C.Structure):
     ]
 
 
+class ElementTree(C.Structure):
+    """struct chip_element_tree"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("n", C.c_int64),
+        ("levels", C.c_int64),
+        ("first", C.c_void_p),
+        ("low", C.c_void_p),
+        ("high", C.c_void_p),
+        ("start", C.c_void_p),
+        ("end", C.c_void_p),
+        ("centre", C.c_void_p),
+        ("radius", C.c_void_p),
+        ("middle", C.c_void_p),
+        ("cos_half", C.c_void_p),
+        ("is_arc", C.c_void_p),
+    ]
+
+
 STRUCTURES = {
     "chip_feed_in": FeedIn,
     "chip_feed_out": FeedOut,
@@ -1895,4 +1917,5 @@ STRUCTURES = {
     "chip_proof_found": ProofFound,
     "chip_tracer_row": TracerRow,
     "chip_engage_rule": EngageRule,
+    "chip_element_tree": ElementTree,
 }

@@ -125,6 +125,7 @@ _FUNCTIONS = (      # name, result, arguments
     ("chip_proof_expect", C.c_int, [C.c_void_p, C.POINTER(layout.ProofPath)]),
     ("chip_proof_mark", C.c_int, [C.c_void_p]), ("chip_proof_back", None, [C.c_void_p]),
     ("chip_chain_fit", C.c_long, [C.c_long] + [C.c_void_p] * 7),
+    ("chip_nearest_gaps", None, [C.POINTER(layout.ElementTree), C.c_long] + [C.c_void_p] * 3),
     ("chip_engage_open", C.c_void_p, [C.c_long, C.c_void_p, C.c_void_p, C.c_double, C.c_double]), ("chip_engage_close", None, [C.c_void_p]),
     ("chip_engage_failed", C.c_int, [C.c_void_p]), ("chip_engage_depth", None, [C.c_void_p, C.c_long, C.c_void_p, C.c_void_p]),
     ("chip_engage_clear", None, [C.c_void_p, C.c_long, C.c_void_p]),

@@ -5,7 +5,6 @@ Called by kernel.py, slices.py and sharp.py.  This is what the patent lacks, whi
 element only with itself, and LinuxCNC's compensation, which looks at the next moves.
 """
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -39,8 +38,7 @@ def make_clearance_check(contours):
 def gouge_depths(clearance_check, point, radius):
     """Depth (m,) mm by which a tool of `radius` at point (m, 2) overlaps the contour line;
     0 where it stays clear."""
-    gap = search.near_gaps(clearance_check.tree, partial(elements.distances, clearance_check.finish), point,
-                           np.full(len(point), radius))
+    gap = search.near_gaps(clearance_check.tree, clearance_check.finish, point, np.full(len(point), radius))
     return np.maximum(radius - gap, 0.0)
 
 

@@ -4,19 +4,18 @@
 Called by contour.py, clearance.py, slices.py, sharp.py and rings.py.  Elements that follow one another lie near
 one another, so the tree is built bottom-up over runs of FAN consecutive boxes; there is
 no cell size to choose, and one huge element among thousands of tiny ones costs nothing.
-Every query descends level by level with whole arrays.
+Queries of pairs descend level by level with whole arrays; the nearest
+element is found by components/offline/nearest_element.c.
 """
+import ctypes as C
 from dataclasses import dataclass
 
 import numpy as np
 
-FAN = 4
+from chipwise.clib import layout
+from chipwise.clib.library import library
 
-# Points asked at once: bounds the memory, a matter of speed only.
-CHUNK = 8192
-
-# The square of a distance may be this much larger than by the boxes: rounding. As a share, and mm2
-SLACK, SLACK_MM2 = 1e-6, 1e-8
+FAN = layout.TREE_FAN
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,47 +59,18 @@ def near_points(tree, point, reach):
     return who, node
 
 
-def near_gaps(tree, measure, point, reach):
-    """Distance (m,) mm from each of points (m, 2) to the nearest leaf, inf where none lies within reach (m,) mm.
-
-    measure(leaf, point) gives distances (k,) mm of leaves (k,) to points (k, 2).  Exact: a box is left out only if
-    another one lies nearer with all it holds, so the number of leaves measured hardly grows with their number.
-    """
-    gap = np.full(len(point), np.inf)
-    for first in range(0, len(point), CHUNK):
-        part = slice(first, first + CHUNK)
-        who, leaf = _nearest_leaves(tree, point[part], reach[part])
-        if len(who):
-            begins = _begins(who)
-            gap[first + who[begins]] = np.minimum.reduceat(measure(leaf, point[part][who]), begins)
+def near_gaps(tree, e, point, reach):
+    """Distance (m,) mm from each of points (m, 2) to the nearest of Elements e, whose boxes are the leaves of the tree: exact if it
+    is below reach (m,) mm, else not below it, or inf."""
+    first = np.cumsum([0] + [len(low) for low, _ in tree.levels])
+    kept = [np.ascontiguousarray(a, float) for a in (
+        np.concatenate([low for low, _ in tree.levels]), np.concatenate([high for _, high in tree.levels]),
+        e.start, e.end, e.centre, e.radius, e.middle, e.cos_half)]
+    kept.append(np.ascontiguousarray(e.is_arc, np.uint8))
+    c_tree = layout.ElementTree(len(e), len(tree.levels), first.ctypes.data, *(a.ctypes.data for a in kept))
+    point, reach, gap = np.ascontiguousarray(point, float), np.ascontiguousarray(reach, float), np.empty(len(point))
+    library().chip_nearest_gaps(C.byref(c_tree), len(point), point.ctypes.data, reach.ctypes.data, gap.ctypes.data)
     return gap
-
-
-def _begins(who):
-    """Where each run of equal numbers begins."""
-    return np.flatnonzero(np.concatenate(([True], who[1:] != who[:-1])))
-
-
-def _nearest_leaves(tree, point, reach):
-    """Of the pairs of near_points() those that can be the nearest of their point."""
-    count = len(tree.levels[-1][0])
-    who, node = np.repeat(np.arange(len(point)), count), np.tile(np.arange(count), len(point))
-    most, (x, y) = reach * reach, np.ascontiguousarray(point.T)
-    for depth in range(len(tree.levels) - 1, -1, -1):
-        (low_x, low_y), (high_x, high_y) = (np.ascontiguousarray(side.T) for side in tree.levels[depth])
-        left, right, down, up = low_x[node] - x[who], x[who] - high_x[node], low_y[node] - y[who], y[who] - high_y[node]
-        if len(who):
-            begins = _begins(who)
-            far = np.minimum(left, right) ** 2 + np.minimum(down, up) ** 2
-            far = np.minimum.reduceat(far, begins) * (1.0 + SLACK) + SLACK_MM2
-            most[who[begins]] = np.minimum(most[who[begins]], far)
-        off_x, off_y = np.maximum(np.maximum(left, right), 0.0), np.maximum(np.maximum(down, up), 0.0)
-        hit = np.flatnonzero(off_x * off_x + off_y * off_y < most[who])
-        who, node = who[hit], node[hit]
-        if depth:
-            child, exists = _children(node, len(tree.levels[depth - 1][0]))
-            who, node = np.repeat(who, FAN)[exists.ravel()], child[exists]
-    return who, node
 
 
 def pairs(tree, margin):

@@ -257,7 +257,7 @@ def _shortest(positions, ends, here, reach, gaps):
 
 def _gaps(loop, tree, positions, reach):
     """Distance (m,) mm from positions (m, 2) to a loop with its tree; inf beyond reach (m,) mm."""
-    return search.near_gaps(tree, partial(elements.distances, loop), positions, reach)
+    return search.near_gaps(tree, loop, positions, reach)
 
 
 def _near(loop, other, tree, reach):
