@@ -16,6 +16,8 @@ its side at least where the stock is smaller than the map: the cells get as smal
 .B size_x, size_y
 the largest stock in mm (default 300 by 200). The map needs 8 bytes a cell. With count=N there
 are N trackers with a map each.
+.B work
+is the part of a period's work that is done, 10 to 100 per cent (default 100): less for a slow computer, where the map lags more often.
 
 All lengths on pins, distances and accelerations included, are in machine units; volumes are in mm3, areas in mm2.
 
@@ -108,6 +110,7 @@ param rw real acceleration_z = 0.0 "the same of the Z axis";
 param rw real monitor_timeout = 0.0 "time without a heartbeat until fault 16, s; 0: not watched";
 param rw real air_clearance = 0.0 "height above the stock's box from which feeds meet nothing, machine units; 0: none";
 param rw si32 feed_output = -1 "number of the analog output of motion that carries F (programmed-vel); -1: unknown";
+param r si32 work_percent "part of a period's work that is done, from the module's work, per cent";
 param r si32 shm_key "key of the shared memory with the map";
 
 variable chip_tracker_t state;
@@ -143,6 +146,8 @@ static char *size_x = "300";
 RTAPI_MP_STRING(size_x, "largest stock in X, mm");
 static char *size_y = "200";
 RTAPI_MP_STRING(size_y, "largest stock in Y, mm");
+static int work = 100;
+RTAPI_MP_INT(work, "part of a period's work, per cent");
 
 static int refuse_external(int key)
 {
@@ -182,6 +187,10 @@ EXTRA_SETUP() {
             "leave it out\n", finest_cell, cell);
         return -22;
     }
+    if (work < CHIP_WORK_MIN_PERCENT || work > 100) {
+        rtapi_print_msg(RTAPI_MSG_ERR, "chipwise: stock_tracker: work=%d is not 10 to 100 per cent; correct it, or leave it out\n", work);
+        return -22;
+    }
     if (remove_stale(key) < 0) return refuse_external(key);
     map_id = rtapi_shmem_new(key, comp_id, bytes);
     if (map_id >= 0 && !freshly_made(key, bytes)) {
@@ -199,7 +208,7 @@ EXTRA_SETUP() {
     memset(map, 0, bytes);      /* touches every page now, not in the servo thread */
     chip_stock_init_finer(map, side, finest, cells);
     done = (char *)map + chip_stock_bytes(cells);       /* the path done, behind the cells */
-    chip_tracker_init(&state);
+    chip_tracker_init(&state); chip_tracker_set_work(&state, work);
     chip_tracker_own_map(&state, map);
     chip_planner_attach(&planner);
     return 0;
@@ -207,6 +216,7 @@ EXTRA_SETUP() {
 
 /* The parameter exists from here on. */
 POST_EXPORT() {
+    work_percent_set(work);
     shm_key_set(CHIP_STOCK_MAGIC + extra_arg);
     return 0;
 }

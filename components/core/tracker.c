@@ -18,6 +18,7 @@ void chip_tracker_init(struct chip_tracker *tracker)
     unsigned i;
     for (i = 0; i < sizeof *tracker; i++) byte[i] = 0;
     tracker->tool_error = -1;
+    tracker->work_percent = 100;
     forget_path(tracker);
     chip_guard_reset(&tracker->guard);
 }
@@ -177,7 +178,7 @@ static void update_load(struct chip_tracker *tracker, const struct chip_stock *s
     follow_limits(tracker, in);
     if (tracker->tip_known) {
         int a_node = chip_tool_is_flat(&tracker->tool) ? CHIP_WORK_A_NODE : CHIP_WORK_A_ROUND_NODE;
-        double nodes = (double)((CHIP_WORK_PER_PERIOD - work) / a_node);
+        double nodes = (double)((chip_tracker_bound(tracker, CHIP_WORK_PER_PERIOD) - work) / a_node);
         chip_lookahead_step(&tracker->lookahead, &tracker->path, stock, &tracker->tool, tracker->tip, tip, in->period_s,
                             far, (int)chip_max(1.0, nodes));
         chip_path_mark_read(&tracker->path);
@@ -316,7 +317,7 @@ void chip_tracker_step(struct chip_tracker *tracker, struct chip_stock *stock, c
         return;
     }
     if (bad == CHIP_FAULT_NONE || bad == CHIP_FAULT_JUMP) chip_tracker_serve_request(tracker, stock, in);
-    filled = chip_stock_fill(stock, CHIP_CELLS_PER_PERIOD);
+    filled = chip_stock_fill(stock, chip_tracker_bound(tracker, CHIP_CELLS_PER_PERIOD));
     ready = filled && !in->is_turned;
     if (bad) {
         if (bad != CHIP_FAULT_JUMP || in->is_enabled) tracker->fault = bad;

@@ -24,7 +24,8 @@
  *  5. The guards look at a traverse and at the shank (guard.h), the look-ahead takes its samples
  *     (lookahead.h). Their results and the sums are the output.
  *  6. 4 and 5 share CHIP_WORK_PER_PERIOD, cutting first, so that a period is bounded whatever the
- *     tool, the cells and the speed are. Work that does not fit is replaced by the worst case.
+ *     tool, the cells and the speed are. Work that does not fit is replaced by the worst case. A slow computer
+ *     does a part of it (chip_tracker_set_work).
  */
 #ifndef CHIPWISE_TRACKER_H
 #define CHIPWISE_TRACKER_H
@@ -49,7 +50,8 @@
 #define CHIP_WORK_A_NODE 14         /* of a point read for a sample of the look-ahead, */
 /* of one for a tool whose end is not flat: its samples have several times the points */
 #define CHIP_WORK_A_ROUND_NODE 20
-#define CHIP_RATE_SLOTS 1024 /* periods the removal rate can be averaged over */
+#define CHIP_WORK_MIN_PERCENT 10 /* of these bounds: with less the map lags too far behind the tool */
+#define CHIP_RATE_SLOTS 1024     /* periods the removal rate can be averaged over */
 
 #define CHIP_MIN_MU_PER_MM 1e-3 /* machine units per mm: 1, 1/25.4, .. */
 #define CHIP_MAX_MU_PER_MM 1e3
@@ -147,6 +149,7 @@ struct chip_tracker {
     int tip_known, last_request, box_error, fault;
     struct chip_guard guard;
     uint32_t feed_finished;   /* sweep.finished when no feed's segment waits any more */
+    int work_percent;         /* of the bounds of a period [6] */
     int parts_left;           /* periods until a round end's work is not divided any more [4] */
     int is_uncertain;         /* the stock is assumed [2] */
     int held_assumed;         /* and so is the one that is being written */
@@ -164,6 +167,9 @@ struct chip_tracker {
 };
 
 void chip_tracker_init(struct chip_tracker *tracker);
+
+/* From now on a period does that part of its work, CHIP_WORK_MIN_PERCENT to 100 (clamped) [6]. */
+void chip_tracker_set_work(struct chip_tracker *tracker, int percent);
 
 /* Notes the head of a map that has just been made: its cell, capacity and everything else are used as they are now,
  * whatever the shared memory says later. */

@@ -4,6 +4,11 @@
 #include "motion_kind.h"
 #include "tracker_map.h"
 
+void chip_tracker_set_work(struct chip_tracker *tracker, int percent)
+{
+    tracker->work_percent = (int)chip_clamp(percent, CHIP_WORK_MIN_PERCENT, 100.0);
+}
+
 /* [4] Bound on the work of cutting: less on the feeds of a round end, unless too much waits. Behind a feed, too, until the map
  * does not lag any more: then the traverse is checked. */
 static long work_to_cut(struct chip_tracker *tracker, const struct chip_stock *stock, const struct chip_tracker_in *in)
@@ -38,7 +43,8 @@ long chip_tracker_cut(struct chip_tracker *tracker, struct chip_stock *stock, co
     }
     tracker->has_start = 0;
     chip_sweep_to(&tracker->sweep, tip);
-    chip_sweep_run(&tracker->sweep, stock, &tracker->tool, work_to_cut(tracker, stock, in), &work);
+    chip_sweep_run(&tracker->sweep, stock, &tracker->tool, chip_tracker_bound(tracker, work_to_cut(tracker, stock, in)),
+                   &work);
     if (in->motion > CHIP_MOTION_TRAVERSE)
         tracker->feed_finished = tracker->sweep.finished + (uint32_t)tracker->sweep.waiting;
     return work;
@@ -47,8 +53,10 @@ long chip_tracker_cut(struct chip_tracker *tracker, struct chip_stock *stock, co
 long chip_tracker_flush(struct chip_tracker *tracker, struct chip_stock *stock)
 {
     long work = 0;
-    chip_sweep_run(&tracker->sweep, stock, &tracker->tool,
-                   chip_tool_is_flat(&tracker->tool) ? CHIP_WORK_TO_CUT : CHIP_WORK_TO_RAMP_LATE, &work);
+    chip_sweep_run(
+        &tracker->sweep, stock, &tracker->tool,
+        chip_tracker_bound(tracker, chip_tool_is_flat(&tracker->tool) ? CHIP_WORK_TO_CUT : CHIP_WORK_TO_RAMP_LATE),
+        &work);
     if (!tracker->sweep.waiting) tracker->sweep.known = 0;
     return work;
 }

@@ -25,6 +25,12 @@ static inline void lose_position(struct chip_tracker *tracker)
     chip_guard_reset(&tracker->guard);
 }
 
+/* [6] The part of a bound that a period of this computer does. */
+static inline long chip_tracker_bound(const struct chip_tracker *tracker, long bound)
+{
+    return bound * tracker->work_percent / 100;
+}
+
 /* Functions of the core's own; nothing outside calls them. */
 #pragma GCC visibility push(hidden)
 

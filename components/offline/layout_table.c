@@ -942,6 +942,8 @@ const struct chip_layout_entry chip_layout_table[] = {
     { "chip_tracker.guard size", sizeof(((struct chip_tracker *)0)->guard) },
     { "chip_tracker.feed_finished", offsetof(struct chip_tracker, feed_finished) },
     { "chip_tracker.feed_finished size", sizeof(((struct chip_tracker *)0)->feed_finished) },
+    { "chip_tracker.work_percent", offsetof(struct chip_tracker, work_percent) },
+    { "chip_tracker.work_percent size", sizeof(((struct chip_tracker *)0)->work_percent) },
     { "chip_tracker.parts_left", offsetof(struct chip_tracker, parts_left) },
     { "chip_tracker.parts_left size", sizeof(((struct chip_tracker *)0)->parts_left) },
     { "chip_tracker.is_uncertain", offsetof(struct chip_tracker, is_uncertain) },

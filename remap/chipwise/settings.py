@@ -120,6 +120,7 @@ SETTINGS = {
     "ANALOG_OUT": Setting(0, "", _whole, lambda v: 0 <= v <= 61, "a whole number from 0 to 61 (three pins are used)"),
     "ANALOG_IN": Setting(0, "", _whole, lambda v: 0 <= v <= 63, "a whole number from 0 to 63"),
     "READ_PATH": Setting(True, "", _switch, lambda v: True, "yes or no"),
+    "WORK": Setting(0, "%", _whole, lambda v: v == 0 or 10 <= v <= 100, "a whole number from 10 to 100, or 0 (measured at the start)"),
     "MIN_FEED": Setting(0.0, "mm/min", _number, lambda v: v >= 0, "a feed of 0 mm/min (none) or more"),
     "MAX_FEED": Setting(0.0, "mm/min", _number, lambda v: v >= 0, "a feed of 0 mm/min (none) or more"),
     "MIN_FEED_SHARE": Setting(0.0, "", _number, lambda v: 0 <= v <= 1, "a share of F from 0 (none) to 1"),

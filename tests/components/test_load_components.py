@@ -48,6 +48,15 @@ def test_a_map_that_cannot_be_is_refused(tmp_path, arguments, said):
     assert out.splitlines()[-1] == "at end 0", "a map was left behind\n" + out
 
 
+@pytest.mark.parametrize("percent, shown", [("9", None), ("101", None), ("10", "10"), ("35", "35"), (None, "100")])
+def test_a_part_of_the_work(tmp_path, percent, shown):
+    _status, out = hal(tmp_path, f"loadrt stock_tracker size_x=60 size_y=40{f' work={percent}' if percent else ''}\ngetp stock-tracker.0.work-percent\n")
+    if shown:
+        assert shown in out.split(), out
+    else:
+        assert f"chipwise: stock_tracker: work={percent} is not 10 to 100 per cent; correct it, or leave it out" in out, out
+
+
 def test_nothing_of_a_refused_tracker_is_there(tmp_path):
     _status, out = hal(tmp_path, "loadrt stock_tracker cell=0\nshow comp\nshow pin\nshow funct\n",
                        "halrun -k -f test.hal")

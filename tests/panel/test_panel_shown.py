@@ -156,6 +156,12 @@ def test_the_feed_per_tooth(driver, rig, turns, inch, words):
     panel_browser.wait(driver, "document.getElementById('tooth').textContent === '-'", "unknown edges")
 
 
+def test_the_part_of_the_work(driver, rig):
+    rig.machine.values["work"] = 35.0
+    opened(driver, rig)
+    reached(driver, "work", "35 %")
+
+
 def unlocked(driver):
     assert panel_browser.enter_token(driver, TOKEN)[1:] == ["", "Unlocked"]
 

@@ -97,8 +97,8 @@ def without_limit(text):
     return re.sub(r"^(M251.*?Q)([\d.]+)", lambda m: f"{m.group(1)}{min(float(m.group(2)) * FREE, FREE_MOST):g}", text, flags=re.M)
 
 
-def run(program, condition, folder, free=False, speed=SPEED):
-    """-> (summary, log) of one run."""
+def run(program, condition, folder, free=False, speed=SPEED, settings=None):
+    """-> (summary, log) of one run; settings: {key: text} of [CHIPWISE]."""
     stem = f"{program.name}-{'free' if free else 'held'}"
     text = with_path(program.text, condition.path)
     (folder / f"{stem}.ngc").write_text(without_limit(text) if free else text)
@@ -115,7 +115,7 @@ def run(program, condition, folder, free=False, speed=SPEED):
     ini = folder / f"{stem}.ini"
     ini.write_text(ini_text(condition, table, geometry))
     log = folder / f"{stem}.npz"
-    summary = runner.run_headless(str(folder / f"{stem}.ngc"), ini=str(ini), speed=speed, log=str(log), timeout=3000.0,
+    summary = runner.run_headless(str(folder / f"{stem}.ngc"), ini=str(ini), speed=speed, log=str(log), timeout=3000.0, settings=settings,
                                   env={"CLAIMS_OVERRIDE": f"{condition.override:g}"})
     return summary, log
 
@@ -179,9 +179,9 @@ def peak_off(run_, swept, summary):
     return summary["rate_peak"] / (60.0 * rate.max()) - 1.0
 
 
-def measure(program, condition, folder, speed=SPEED, cell=judging.CELL):
+def measure(program, condition, folder, speed=SPEED, cell=judging.CELL, settings=None):
     """(dict of one run's figures, judging.Run, its swept stock, target (n,) mm3/s under the condition).  cell: mm, the judge's."""
-    summary, path = run(program, condition, folder, speed=speed)
+    summary, path = run(program, condition, folder, speed=speed, settings=settings)
     log = loaded(path)
     run_, tools, target = told(program, log)
     target = target * target_scale(condition.override)

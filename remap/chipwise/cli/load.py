@@ -28,6 +28,7 @@ from chipwise.host.processes import is_ours, shared_memory
 from chipwise.monitor.start_line import forgetful
 from chipwise.settings import load_settings
 from chipwise.clib.layout import STOCK_MAGIC, Cell
+from chipwise.clib.work_trial import choose
 from chipwise.tool_data.table import diameters
 from chipwise.tool_data.geometry import ToolGeometry, load_tools
 
@@ -109,6 +110,15 @@ def finest_cell(ini, settings, shapes):
     units = ini.units_per_mm()
     needed = [diameter / units / across(number) for number, diameter in diameters(ini.tool_table())]
     return min(settings['CELL'], max(settings['FINEST_CELL'], *needed)) if needed else settings['CELL']
+
+
+def work_of(ini, settings):
+    """Per cent of the stock model's work in a servo period: WORK, else what this computer has time for; less than all is said."""
+    percent = settings['WORK'] or choose(ini.servo_period_s())
+    if percent < 100:
+        print(f"chipwise: a servo period does {percent} % of the stock model's work"
+              + (' ([CHIPWISE]WORK)' if settings['WORK'] else ': this computer has no time for more; set [EMCMOT]SERVO_PERIOD longer for all of it'), flush=True)
+    return percent
 
 
 def tool_shapes(settings):
@@ -256,7 +266,7 @@ def load(ini, settings):
             ('loadrt', 'chipwise_inputs'),
             ('loadrt', 'chipwise_command'),
             ('loadrt', 'stock_tracker', f"cell={settings['CELL']:.9g}",
-             f'finest_cell={finest_cell(ini, settings, tool_shapes(settings)):.9g}', f'size_x={size_x:.9g}', f'size_y={size_y:.9g}'),
+             f'finest_cell={finest_cell(ini, settings, tool_shapes(settings)):.9g}', f'size_x={size_x:.9g}', f'size_y={size_y:.9g}', f'work={work_of(ini, settings)}'),
             ('loadrt', 'volumetric_feed'),
             ('loadrt', 'chipwise_guard'),
             ('setp', 'chipwise-guard.0.guard-rapid', f"{settings['GUARD_RAPID']:d}"),

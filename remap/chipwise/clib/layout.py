@@ -122,6 +122,7 @@ WEIGHTS = 256
 WORK_A_NODE = 14
 WORK_A_ROUND_NODE = 20
 WORK_LEAST = 1500
+WORK_MIN_PERCENT = 10
 WORK_PARTS = 3
 WORK_PER_PERIOD = 16500
 WORK_TO_CUT = 10500
@@ -1179,6 +1180,7 @@ class Tracker(C.Structure):
         ("fault", C.c_int),
         ("guard", Guard),
         ("feed_finished", C.c_uint32),
+        ("work_percent", C.c_int),
         ("parts_left", C.c_int),
         ("is_uncertain", C.c_int),
         ("held_assumed", C.c_int),

@@ -137,7 +137,7 @@ _FUNCTIONS = (      # name, result, arguments
     ("chip_engage_trace", C.c_long, [C.c_void_p, _VEC, C.POINTER(layout.EngageRule), C.c_int, C.c_void_p, C.c_long, C.POINTER(C.c_int)]),
     ("chip_engage_fit", C.c_long, [C.c_long, C.c_void_p, C.c_double, C.c_void_p]),
     ("chip_disc_roll", None, [C.c_long, C.c_void_p, C.c_void_p, C.c_double, C.c_double, C.c_void_p]),
-    ("chip_png_unfilter", C.c_int, [C.c_void_p, C.c_long, C.c_long, C.c_int]))
+    ("chip_work_trial", C.c_double, [C.c_int] * 2), ("chip_png_unfilter", C.c_int, [C.c_void_p, C.c_long, C.c_long, C.c_int]))
 
 
 def _load():

@@ -101,6 +101,7 @@
         put('air', run && run.air_share !== null ? `${Math.round(100 * run.air_share)} %` : '-');
         put('saved', run && run.saved !== null ? `${run.saved < 0 ? '-' : ''}${seconds(Math.abs(run.saved))}` : '-');
         put('removed', inch() ? `${(s.removed / MM3_PER.in3).toFixed(3)} in3` : `${(s.removed / MM3_PER.cm3).toFixed(2)} cm3`);
+        put('work', `${s.work} %`);
         put('log-error', s.log_error);
         put('stock-note', window.chipwise.told('stock-note') || s.stock_error || (s.stock ? (s.ready ? '' : t('The feed is F as programmed')) : t('No stock is defined; use M250')) || pathNote(s.ahead));
     }
