@@ -35,7 +35,7 @@ def trial(path, ini, **options):
     program = read(str(path), machine)
     folder = path.parent / "new"
     folder.mkdir(exist_ok=True)
-    edits, _ = flute.rewrite(program, load_tools(str(ini.parent / "tools.toml")), CELL, **options)
+    edits, _ = flute.rewrite(program, load_tools(str(ini.parent / "tools.toml")), flute.Order(CELL, **options))
     return program, edits, read_back(written(folder, program, edits), lambda name: read(name, machine)) if edits else None
 
 

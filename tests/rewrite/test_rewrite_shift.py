@@ -104,13 +104,12 @@ def test_a_path_without_what_is_done():
         if done.all():
             done[int(rng.integers(count))] = False
         above = float(points[:, 2].max()) + 1.0
-        places, segment = without(points, done, above)
-        own = segment >= 0
+        places, own, segment = without(points, done, above)
         assert (np.diff(segment[own]) > 0).all() and set(np.flatnonzero(~done)) <= set(segment[own].tolist()), case
         assert (places[:-1][own] == points[segment[own]]).all() and (places[1:][own] == points[segment[own] + 1]).all(), case
         a, b = places[:-1][~own], places[1:][~own]
         straight = (a[:, :2] == b[:, :2]).all(axis=1)
         assert (straight | ((a[:, 2] == above) & (b[:, 2] == above))).all(), case
         assert len(places) <= count + 1 + 2 * np.count_nonzero(~own), case
-        whole, all_of_it = without(points, np.zeros(count, bool), above)
-        assert (whole == points).all() and all_of_it.tolist() == list(range(count)), case
+        whole, goes, all_of_it = without(points, np.zeros(count, bool), above)
+        assert (whole == points).all() and goes.all() and all_of_it.tolist() == list(range(count)), case

@@ -102,11 +102,11 @@ def test_holes_are_known(tmp_path, monkeypatch):
     program = tmp_path / "holes.ngc"
     program.write_text(HEAD + "M250 P0 Q0 R-40 I80 J30 K40\nT3 M6\nS8000 M3\nG0 X20 Y15 Z5\nG1 Z-35 F100\nG0 Z5\nT1 M6\nG0 X-10 Y15\n"
                        "G0 Z-14\nG1 X90 F300\nG0 Z5\nX60 Y7\nG1 Z-35 F100\nG0 Z5\nX-10 Y24\nG0 Z-14\nG1 X90\nG0 Z5\nM2\n")
-    shifter = flute.Shifter(read(str(program), Machine(str(ini))), load_tools(str(ini.parent / "tools.toml")), 0.375)
+    shifter = flute.Shifter(read(str(program), Machine(str(ini))), load_tools(str(ini.parent / "tools.toml")), flute.Order(0.375))
     shifter.run()
     assert shifter.figures.bodies == 2
     for x, y, radius in ((20, 15, 5.0), (60, 7, 3.0)):
-        found = shifter.sought.too_deep(shifter.tool, np.array([(x - 12.0, y, -34.0), (x + 12.0, y, -34.0)]))
+        found = shifter.ground.proof.too_deep(shifter.ground.tool, np.array([(x - 12.0, y, -34.0), (x + 12.0, y, -34.0)]))
         away = np.hypot(found["x"] - x, found["y"] - y)
         assert len(away) > 20 and away.min() > radius - 0.1 and away.min() < radius + 0.3
 

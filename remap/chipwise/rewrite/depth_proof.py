@@ -70,6 +70,11 @@ def _stocks(program, geometry, cell, over):
     return found
 
 
+def not_judged(number):
+    """What chip_proof_path has as the tool of a move that is cut and not judged: of that of its tool, and back."""
+    return ~number
+
+
 @dataclass
 class Path:
     """The moves in a stock: start (3,) mm; to (n, 3) mm; tool (n,) int32, as of chip_proof_path; index (n,): number of the program's move of
@@ -96,7 +101,7 @@ class Path:
         up = (np.hypot(steps[:, 0], steps[:, 1]) < ACROSS_MM) & (steps[:, 2] >= 0.0)
         lowest = np.minimum(self.to[:, 2], self.to[:, 2] - steps[:, 2])
         judged = (self.tool < 0) & (self.tool != ELSEWHERE) & ~up & (lowest < top - layout.PROOF_LEVEL)
-        self.tool[judged] = tools + ~self.tool[judged]
+        self.tool[judged] = tools + not_judged(self.tool[judged])
 
     def struct(self):
         return layout.ProofPath(self.start.ctypes.data, self.to.ctypes.data, self.tool.ctypes.data, len(self.to))
@@ -115,7 +120,7 @@ def _path(program, stock):
     tool, at = np.full(len(index), ELSEWHERE, np.int32), 0
     for a, b, number in parts:
         at += not joined
-        tool[at:at + b - a] = np.where(program.kind[a:b] != records.RAPID, number, ~number)
+        tool[at:at + b - a] = np.where(program.kind[a:b] != records.RAPID, number, not_judged(number))
         at += b - a
     return Path(start, np.ascontiguousarray(to, np.float64), tool, index)
 
@@ -127,7 +132,7 @@ def path_of(program, sections, tools):
         if section.tool in tools:
             own = slice(max(section.first, program.known_from), section.end)
             number = tools.index(section.tool)
-            tool[own] = np.where(program.kind[own] != records.RAPID, number, ~number)
+            tool[own] = np.where(program.kind[own] != records.RAPID, number, not_judged(number))
     if program.lead.arrives and program.known_from:
         to = to.copy()
         to[program.known_from - 1] = to[program.known_from]

@@ -10,37 +10,83 @@ Called by run.py.  Source: CN105492980 [0060]..[0093] and figure 7.
     stock for the points behind it, so this is repeated until nothing changes.
  3. Corners of R3 become arcs, and points where it turns back are bridged (trials.py, shift.py; figure 20).
  4. The segments of the first path that still meet material (R4, figure 13), or the whole body (`whole`), are travelled again
-    and judged in the same way, until the first path itself has been cut.  Between them the tool goes up to where the program
-    last travelled, across, and down to a gap above what it has cut.
+    and judged in the same way, until the first path itself has been cut (levels.py).
 
 Departs from the source: a body is finished before the next is begun, so every later move finds the stock that the first path
 would have left it.
+
+Between any two bodies the following holds, and each step below keeps it: the map of the stock is as the first path leaves it up to there;
+`edits` has all that the new program does otherwise up to there; `proof` knows every move of the new program up to there.
 """
 
 import functools
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Callable, Optional
 
 import numpy as np
 
-from chipwise.program.records import ARC, FEED, RAPID
-from chipwise.program.reader import Unreadable
 from chipwise.check.simulate import SEGMENT_MM
-from chipwise.clib.height_map import MET
+from chipwise.program.reader import Unreadable
+from chipwise.program.records import ARC, FEED, RAPID
 from chipwise.rewrite import depth_proof, path_moves, read_back, sections
-from chipwise.rewrite import shift
 from chipwise.rewrite.edits import Edits, Move, Table
+from chipwise.rewrite.levels import Levels, length_of
 from chipwise.rewrite.links import ACROSS_MM, OVER_MM, Links
-from chipwise.rewrite.segments import segments, with_links
-from chipwise.rewrite.trial_proof import OVER_STOCK_MM, Sought
+from chipwise.rewrite.trial_proof import Sought
 from chipwise.rewrite.trials import Trials
 
-LEFT_DEPTH = 0.15           # cells of depth, or of a cell's height, less than read_back.py's HEIGHT_CELLS, and
-LEFT_SHARE = 0.005          # cells of mean height across the tool, below which nothing is left to travel again for
 PIECES_ACROSS = 12          # of a tool's diameter: how finely a move is divided where it is shifted
-MOST_LEVELS = 1000          # of one body
 MOST_MOVES = 20_000         # of one body: longer ones are divided, so that the memory is limited
 MOST_WRITTEN = 20_000_000   # moves of the new program
+
+
+@dataclass(frozen=True)
+class Order:
+    """What is asked for.
+
+    cell: mm, of the map; whole: travel the whole body again, not only where material is left; diameter: of the arcs at corners of the shifted path
+    (mm, None: the tool's); reserve: mm of the flutes that shifted paths leave unused; anywhere: also what cannot be rewritten
+    (Program.check_shiftable()); needles: as of sections.in_stock(); clearance: mm that new traverses keep from stock.
+    """
+
+    cell: float
+    whole: bool = False
+    diameter: Optional[float] = None
+    reserve: float = 0.0
+    anywhere: bool = False
+    needles: Optional[dict] = None
+    clearance: float = 0.0
+
+
+@dataclass
+class Ground:
+    """What a section is cut in: the HeightMap, which is cut as the work goes on; the number of its stock in the program, from 0; the tool; the
+    proof of depths (Sought) of the moves in this stock; links over it; what the whole program leaves of it."""
+
+    stock: object
+    number: int
+    tool: object
+    proof: Sought
+    links: Links
+    final: Callable[[], sections.Final]
+
+    @property
+    def radius(self):
+        return self.tool.shape.diameter / 2
+
+    @property
+    def piece(self):
+        """How finely a move is divided where it is shifted, mm."""
+        return min(SEGMENT_MM, max(self.tool.shape.diameter / PIECES_ACROSS, 0.5 * self.stock.cell))
+
+    def window(self, points):
+        """The sections.Window of the stock under a path."""
+        return sections.Window(self.stock, points, self.radius)
+
+    def cut(self, start, ends):
+        """Cut; -> MET records of the moves."""
+        return self.stock.cut(self.tool.shape, start, ends)
 
 
 @dataclass
@@ -48,36 +94,45 @@ class Figures:
     """What was done; mm."""
 
     bodies: int = 0             # shifted
-    segments: int = 0          # of R4
+    segments: int = 0           # of R4
     first_feed: float = 0.0     # length of the first path's feed moves
     added_feed: float = 0.0
     bridged: int = 0            # points dropped
     lines: list = field(default_factory=list)       # (first, last, levels) of each body
+    written: int = 0            # moves of the new program
     shifted: list = field(default_factory=list)     # (first move, end) of each body
 
 
 class Shifter:
-    """One program."""
+    """One program.  ground: of the section at work; more: mm, as of Trials, since a path was found too deep."""
 
-    def __init__(self, program, geometry, cell, whole=False, diameter=None, reserve=0.0, anywhere=False, needles=None, clearance=0.0):
-        self.program, self.whole, self.diameter, self.reserve, self.anywhere = program, whole, diameter, reserve, anywhere
-        self.sections = sections.sections(program, geometry)
-        self.cell, self.needles = cell, needles
-        self.edits, self.figures, self.written = Edits(), Figures(), len(program.kind)
-        self.stock, self.tool, self.links = None, None, Links(program, clearance)
-        self.geometry, self.number, self.final = geometry, -1, None         # number of the stock
-        self.sought, self.more = None, 0.0              # more: as of Trials, since a path was found too deep
+    def __init__(self, program, geometry, order):
+        self.program, self.geometry, self.order = program, geometry, order
+        self.edits, self.figures = Edits(), Figures(written=len(program.kind))
+        self.links, self.ground, self.more = Links(program, order.clearance), None, 0.0
 
     def run(self, progress=None):
-        """-> Edits."""
-        for section, stock in sections.in_stock(self.program, self.sections, self.cell, progress, self.needles):
-            if stock is not self.stock:
-                self.number, self.final = self.number + 1, None
-                tools = [s.tool for s in self.sections if s.tool and s.tool.shape]
-                self.sought = Sought(stock, tools, functools.partial(depth_proof.path_of, self.program, self.sections, tools))
-            self.stock, self.tool = self.links.stock, self.links.tool = stock, section.tool
+        """-> Edits.  progress: called with the share that is done."""
+        found = sections.sections(self.program, self.geometry)
+        for section, stock in sections.in_stock(self.program, found, self.order.cell, progress, self.order.needles):
+            self.ground = self._ground(section, stock, found)
             self._section(section)
         return self.edits
+
+    def _ground(self, section, stock, found):
+        """The Ground of a section; the one before goes on with another tool if the stock is the same."""
+        before, links = self.ground, self.links
+        links.stock, links.tool = stock, section.tool
+        if before is not None and stock is before.stock:
+            return replace(before, tool=section.tool)
+        number = 0 if before is None else before.number + 1
+        tools = [s.tool for s in found if s.tool and s.tool.shape]
+        proof = Sought(stock, tools, functools.partial(depth_proof.path_of, self.program, found, tools))
+        return Ground(stock, number, section.tool, proof, links, functools.cache(functools.partial(self._final, number)))
+
+    def _final(self, number):
+        """The sections.Final of a stock, as read_back.same_stock() will have it."""
+        return sections.Final(read_back.simulated(self.program, self.geometry, self.order.cell)[number][0])
 
     # ---- a section --------------------------------------------------------------------------------------------
 
@@ -87,199 +142,142 @@ class Shifter:
         start = program.start(first)
         steps = np.diff(program.end[first:end], axis=0, prepend=start[None])
         self.figures.first_feed += float(np.sqrt((steps[kinds != RAPID] ** 2).sum(axis=1)).sum())
-        before = sections.Window(self.stock, np.array([[-math.inf] * 3, [math.inf] * 3]), 0.0)
+        before = sections.Window(self.ground.stock, np.array([[-math.inf] * 3, [math.inf] * 3]), 0.0)
         if self._long_enough(start, program.end[first:end], kinds):
-            self.sought.follow(self.tool, start, program.end[first:end])
+            self.ground.proof.follow(self.ground.tool, start, program.end[first:end])
             return
         before.restore()
-        del before
+        del before                                              # a copy of the map
         self._bodies(first, end, np.hypot(steps[:, 0], steps[:, 1]) > ACROSS_MM)
 
     def _long_enough(self, start, ends, kinds):
         """[1]: cuts the first path; whether the flutes reach."""
-        limit = sections.finite_room(self.tool.flute_length)
+        ground = self.ground
+        limit = sections.finite_room(ground.tool.flute_length)
         return not any(((met["depth"] > limit + OVER_MM) & (kinds[owner] != RAPID)).any()
-                       for owner, met in sections.cut_along(self.stock, self.tool.shape, start, ends, SEGMENT_MM))
-
-    def _piece(self):
-        return min(SEGMENT_MM, max(self.tool.shape.diameter / PIECES_ACROSS, 0.5 * self.stock.cell))
+                       for owner, met in sections.cut_along(ground.stock, ground.tool.shape, start, ends, SEGMENT_MM))
 
     def _bodies(self, first, end, across):
-        """[2]: a section whose flutes are too short somewhere."""
+        """[2]: the steps of a section whose flutes are too short somewhere; across (end - first,) bool: moves across the tool's axis.
+
+        A step that feeds across begins a body, which goes on to the next step that does not, or is divided at MOST_MOVES.  `lead` gathers the moves
+        along the axis since the last move across: they belong to the body behind them, or are a hole.
+        """
         program = self.program
-        begins = program.first[program.step[first]:program.step[end - 1] + 1].clip(first, end)         # of the steps
+        begins = program.first[program.step[first]:program.step[end - 1] + 1].clip(first, end)         # the first move of each step
         goes = np.logical_or.reduceat(across, begins - first)
         begins, feeds = np.append(begins, end), program.kind[begins] != RAPID
-        ends = np.append(np.flatnonzero(~(goes & feeds)), len(feeds))
+        stops = np.append(np.flatnonzero(~(goes & feeds)), len(feeds))                                 # steps outside of bodies
         lead, k = [], 0
         while k < len(feeds):
-            at, step_end = begins[k:k + 2].tolist()
-            if goes[k] and feeds[k]:
-                k = max(k + 1, min(int(ends[ends.searchsorted(k)]), int(begins.searchsorted(at + MOST_MOVES, side="right")) - 1))
+            at, behind = begins[k:k + 2].tolist()
+            if not goes[k]:
+                lead += range(at, behind)
+                k += 1
+            elif feeds[k]:
+                divided = int(begins.searchsorted(at + MOST_MOVES, side="right")) - 1
+                k = max(k + 1, min(int(stops[stops.searchsorted(k)]), divided))
                 self._body(lead, at, int(begins[k]), end)
                 lead = []
-                continue
-            if goes[k]:                                             # a traverse
-                self._drill(lead)
-                lead = []
-                self.stock.cut(self.tool.shape, program.start(at), program.end[at:step_end])
-                self.sought.follow(self.tool, program.start(at), program.end[at:step_end])
-                self.links.travel = float(program.end[step_end - 1][2])
             else:
-                lead += range(at, step_end)
-            k += 1
+                self._drill(lead)
+                self._traverse(at, behind)
+                lead = []
+                k += 1
         self._drill(lead)
+
+    def _traverse(self, first, end):
+        """Rapids across the tool's axis."""
+        start, ends = self.program.start(first), self.program.end[first:end]
+        self.ground.cut(start, ends)
+        self.ground.proof.follow(self.ground.tool, start, ends)
+        self.links.travel = float(ends[-1][2])
 
     def _drill(self, lead):
         """Vertical moves that lead to no path."""
-        if self._cut_lead(lead, -math.inf) is not None:
-            self.sought.follow(self.tool, self.program.start(lead[0]), self.program.end[lead])
+        if lead:
+            self._cut_lead(lead, -math.inf)
+            self.ground.proof.follow(self.ground.tool, self.program.start(lead[0]), self.program.end[lead])
 
     def _cut_lead(self, lead, lowest):
-        """Vertical moves, none below `lowest`; -> where they end, None without any."""
-        if not lead:
-            return None
-        ends = self.program.end[lead].copy()
-        start = self.program.start(lead[0]).copy()
-        ends[:, 2] = np.maximum(ends[:, 2], lowest)
-        self.stock.cut(self.tool.shape, start, ends)
-        return ends[-1]
+        """Vertical moves, none below `lowest`."""
+        if lead:
+            ends = self.program.end[lead].copy()
+            ends[:, 2] = np.maximum(ends[:, 2], lowest)
+            self.ground.cut(self.program.start(lead[0]).copy(), ends)
 
     # ---- a body -----------------------------------------------------------------------------------------------
 
     def _body(self, lead, first, end, section_end):
-        program = self.program
-        points, owner = sections.pieces(np.concatenate((program.start(first)[None], program.end[first:end])), self._piece())
+        program, ground = self.program, self.ground
+        points, owner = sections.pieces(np.concatenate((program.start(first)[None], program.end[first:end])), ground.piece)
         body = path_moves.Body(points, owner + first, lead)
-        window = sections.Window(self.stock, points, self.tool.shape.diameter / 2)
+        window = ground.window(points)
         self._lead_in(body, points)
-        depth = self.stock.cut(self.tool.shape, points[0], points[1:])["depth"]
-        if (depth <= self.tool.flute_length + OVER_MM).all():
-            self.sought.follow(self.tool, program.start(first), program.end[first:end])
+        depth = ground.cut(points[0], points[1:])["depth"]
+        if (depth <= ground.tool.flute_length + OVER_MM).all():
+            ground.proof.follow(ground.tool, program.start(first), program.end[first:end])
             return
-        target = sections.Window(self.stock, points, self.tool.shape.diameter / 2)      # what the first path leaves
+        target = ground.window(points)                          # what the first path leaves
         window.restore()
         wall = self.links.wall(points[0])
-        self.figures.shifted.append((first, end))
-        if not self.anywhere:
+        if not self.order.anywhere:
             program.check_shiftable(first, end)
         moved = self._shifted(body, target, depth)
         self._replace(body, moved, wall)
-        levels = self._rest(body, moved, end, section_end)
-        self.figures.bodies += 1
-        lines = self.figures.lines
-        if lines and self.figures.shifted[-2:-1] and self.figures.shifted[-2][1] == first and not lead:      # a long body's next part
-            levels, begin = max(levels, lines[-1][2]), lines.pop()[0]
-        else:
-            begin = int(program.line[first])
-        lines.append((begin, int(program.line[end - 1]), levels))
+        self._note(first, end, bool(lead), self._rest(body, moved, end, section_end))
+
+    def _note(self, first, end, has_lead, levels):
+        """A body was shifted.  The parts of a long body are one range of lines."""
+        figures, line = self.figures, self.program.line
+        figures.bodies += 1
+        begin = int(line[first])
+        if figures.lines and figures.shifted[-1][1] == first and not has_lead:
+            begin, _last, before = figures.lines.pop()
+            levels = max(levels, before)
+        figures.shifted.append((first, end))
+        figures.lines.append((begin, int(line[end - 1]), levels))
 
     def _lead_in(self, body, path):
         """Cut the moves that lead to a path (n, 3)."""
         self._cut_lead(body.lead, path[0, 2])
         if body.entered:
-            self.stock.cut(self.tool.shape, path[0], path[:1])          # straight down: what is left is that of the lowest place
+            self.ground.cut(path[0], path[:1])                  # straight down: what is left is that of the lowest place
 
     def _shifted(self, body, target=None, depth=None):
         """R3 of a path in the stock as it is, which is cut: (n, 3) points, NaN where they are left out.
 
         depth, target: as of Trials.shifted().
         """
-        trials = Trials(self.program, body, self.stock, self.tool, lambda path: self._lead_in(body, path), self.sought,
-                        self.tool.flute_length - self.reserve, self.more)
-        moved = trials.shifted(self._radius(), target, depth)
+        ground = self.ground
+        trials = Trials(self.program, body, ground.stock, ground.tool, lambda path: self._lead_in(body, path), ground.proof,
+                        ground.tool.flute_length - self.order.reserve, self.more)
+        moved = trials.shifted(ground.radius if self.order.diameter is None else self.order.diameter / 2, target, depth)
         self.more = trials.more
         self.figures.bridged += trials.bridged
         return moved
 
-    def _radius(self):
-        return (self.tool.shape.diameter if self.diameter is None else self.diameter) / 2
-
-    # ---- what is left -----------------------------------------------------------------------------------------
-
     def _rest(self, body, moved, end, section_end):
-        """[4]: R4; -> levels in all."""
-        points, levels, written, at, had = body.points, 1, [], moved[-1], (math.inf, math.inf)
-        done, s = _unshifted(points, moved), shift.along(points)
-        window = sections.Window(self.stock, points, self.tool.shape.diameter / 2)
-        while not done.all():
-            window.keep()
-            met, left, deepest = self._first_path(points, done)
-            if not left.any():
-                left = self._left_bit_by_bit(points, met, window) & ~done
-            window.restore()
-            now = float(met["volume"].sum(dtype=np.float64)), deepest
-            helped = now[0] < had[0] or now[1] < had[1]
-            if not left.any() or not (helped or deepest > self.tool.flute_length + OVER_MM):
-                break
-            for a, b in self._segments(points, left, s):
-                part = path_moves.Body(points[a:b + 1], body.move[a:b], [], entered=True)
-                link = self.links.to_segment(at, part, body)
-                path = self._shifted(part)
-                done[a:b] |= _unshifted(part.points, path)
-                written += [Table.of(link(path[0, 2])), path_moves.moves_along(self.program, part, path)[0]]
-                at = path[-1]
-                self.figures.segments += 1
-                self.figures.added_feed += _length(path[~np.isnan(path[:, 2])])
-            levels += 1
-            if levels > MOST_LEVELS or not helped:
-                raise Unreadable(f"the flutes of tool {self.tool.number} are too short, and shifting the path does not help",
-                                 "take a tool with longer flutes", int(self.program.line[body.move[0]]))
-            had = now
-        if written or math.dist(at, points[-1]) > 1e-9:
-            written.append(Table.of(self.links.back(at, points[-1], end, section_end, body)))
+        """[4]: what is left, in `edits` behind the body; -> levels in all."""
+        levels = Levels(self.program, self.ground, body, moved)
+        levels.run(self._shifted, self.order.whole)
+        self.figures.segments += levels.segments
+        self.figures.added_feed += levels.feed
+        written, at, place = levels.written, levels.at, body.points[-1]
+        if written or math.dist(at, place) > 1e-9:
+            written.append(Table.of(self.links.back(at, place, end, section_end, body)))
         if any(map(len, written)):
             table = Table.joined(written)
             self._check_length(len(table), int(self.program.line[body.move[0]]))
             self.edits.after.put([int(self.program.step[end - 1])], [0, len(table)], table)
-        return levels
-
-    def _segments(self, points, left, s):
-        """[(first, last)]: points of the segments that are travelled again; left (n - 1,) bool: where something is left."""
-        if self.whole:
-            return [(0, len(left))]
-        diameter = self.tool.shape.diameter
-        return with_links(segments(left, s, self.stock.cell, diameter / 2), points, s, diameter, self.links)
+        return levels.count
 
     def _check_length(self, more, line):
         """Unreadable as soon as the new program has more moves than are read back."""
-        self.written += more
-        if self.written > MOST_WRITTEN:
+        self.figures.written += more
+        if self.figures.written > MOST_WRITTEN:
             raise Unreadable(f"the new program would have more than {MOST_WRITTEN} moves", "take a tool with longer flutes, or rewrite it in parts",
                              line)
-
-    def _first_path(self, points, done):
-        """Cuts what has not been done (n - 1,) bool of the first path; -> (MET records (n - 1,), (n - 1,) bool: where something is left, how deep it
-        is)."""
-        places, segment = path_moves.without(points, done, self.stock.z_max + OVER_STOCK_MM)
-        own, met = segment >= 0, np.zeros(len(done), MET)
-        met[segment[own]] = self.stock.cut(self.tool.shape, places[0], places[1:])[own]
-        left, deepest = self._left(points, met), float(met["depth"].max())
-        found = self.sought.too_deep(self.tool, places, own & ~(left | done)[segment])
-        if len(found):
-            move = segment[found["move"]]
-            left[move] = True
-            deepest = max(deepest, float((found["height"] - points[move, 2]).max()))
-        return met, left & ~done, deepest
-
-    def _left(self, points, met):
-        """(n - 1,) bool: pieces that still meet material, more than the ridges between the model's steps."""
-        cell, length = self.stock.cell, np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
-        share = met["volume"] / (cell * self.tool.shape.diameter * np.maximum(length, 1e-9))
-        return (met["depth"] > cell) | ((met["depth"] > LEFT_DEPTH * cell) & (share > LEFT_SHARE))
-
-    def _left_bit_by_bit(self, points, met, window):
-        """(n - 1,) bool: pieces that lower a cell, though each of them by little, which the proof would find too high without them."""
-        left, reach = np.zeros(len(points) - 1, bool), self.tool.shape.diameter / 2 + self._piece()
-        for place in window.left(LEFT_DEPTH * self.stock.cell, self._final()):
-            left |= np.hypot(*(points[:-1, :2] - place).T) < reach
-        return left & (met["volume"] > 0.0)
-
-    def _final(self):
-        """The cutting.Final of the stock, as proof.same_stock will have it."""
-        if self.final is None:
-            self.final = sections.Final(read_back.simulated(self.program, self.geometry, self.cell)[self.number][0])
-        return self.final
 
     # ---- what is written --------------------------------------------------------------------------------------
 
@@ -300,7 +298,7 @@ class Shifter:
         instead, owner = np.unique(steps[changed[:-1] | changed[1:]]), steps[spans[:, 0]]
         own = np.flatnonzero(np.isin(owner, instead))
         edits.instead.put(instead, np.append(np.searchsorted(owner[own], instead), len(own)), moves.take(own), "shifted along the axis")
-        self.figures.added_feed += _length(moved[~np.isnan(moved[:, 2])]) - _length(body.points)
+        self.figures.added_feed += length_of(moved[~np.isnan(moved[:, 2])]) - length_of(body.points)
 
     def _lead(self, body, move, z0, wall):
         """Moves in place of one that leads to a body, which begins at z0."""
@@ -312,23 +310,10 @@ class Shifter:
         return self.links.lead_down(place, float(program.start(move)[2]), z0, wall, float(program.feed[body.move[0]]))
 
 
-def _length(points):
-    return float(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)).sum())
+def rewrite(program, geometry, order, progress=None):
+    """(Edits, Figures) of a program: CN105492980.  geometry: {number: ToolGeometry}; progress: called with the share that is done.
 
-
-def _unshifted(points, path):
-    """(n - 1,) bool: segments of points (n, 3) that a path (n, 3) travels where they are: nothing is left of them."""
-    here = path[:, 2] <= points[:, 2] + 1e-9                    # a bridged point is NaN
-    return here[:-1] & here[1:]
-
-
-def rewrite(program, geometry, cell, whole=False, diameter=None, progress=None, reserve=0.0, anywhere=False, needles=None, clearance=0.0):
-    """(Edits, Figures) of a program: CN105492980.
-
-    geometry: {number: ToolGeometry}; cell: mm; whole: travel the whole body again, not only where material is left;
-    diameter: of the arcs at corners of the shifted path (mm, default the tool's); reserve: mm of the flutes that shifted
-    paths leave unused; anywhere: also what cannot be rewritten (Program.check_shiftable()); needles: as of cutting.in_stock(); clearance: mm that new traverses keep from stock.
     Raises Unreadable.
     """
-    shifter = Shifter(program, geometry, cell, whole, diameter, reserve, anywhere, needles, clearance)
+    shifter = Shifter(program, geometry, order)
     return shifter.run(progress), shifter.figures

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Links between the segments of a path that are travelled again: up, across, and down to a gap above what has been cut.
 
-Called by flute.py.  The height across is the one at which the program itself last travelled: it is clear of clamps that no model
+Called by flute.py and levels.py.  The height across is the one at which the program itself last travelled: it is clear of clamps that no model
 knows.  A traverse keeps the clearance from stock at its side, and a cell more, because the needles of the map are so far apart; depth_proof.py proves
 it.  If it cannot, it goes above the stock, and the rest of the way down is fed.  Lengths mm, machine coordinates of the tool's tip.
 """

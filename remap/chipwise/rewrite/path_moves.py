@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Moves along paths of points: as they are written, and as LinuxCNC's interpreter gives them back.
 
-Called by flute.py and feed.py.  Straight steps lose the points on a line, arcs stay arcs where their shift is the same.
+Called by flute.py, levels.py and feed.py.  Straight steps lose the points on a line, arcs stay arcs where their shift is the same.
 Lengths mm, machine coordinates of the tool's tip.
 """
 
@@ -36,19 +36,22 @@ class Body:
 def without(points, done, above):
     """A path along the segments of points (k + 1, 3) that are not done (k,) bool, up to `above` (mm), across and down between them.
 
-    -> (places (n, 3), segment (n - 1,) int: the one that each move goes along, -1: between them).  Some that are done may be travelled, too.
+    -> (places (n, 3), goes (n - 1,) bool: whether a move goes along a segment, segment (n - 1,) int: along which, or to which one it leads).
+    Some that are done may be travelled, too.
     """
     index = np.flatnonzero(~done)
     parts = np.split(index, np.flatnonzero(np.diff(index) > NEAR_SEGMENTS) + 1)
-    places, segment = [], []
+    places, goes, segment = [], [], []
     for part in parts:
         a, b = int(part[0]), int(part[-1]) + 1
         if places:
             places.append([[*places[-1][-1, :2], above], [*points[a, :2], above]])
-            segment.append([-1, -1, -1])
+            goes.append(np.zeros(3, bool))                      # up, across, down
+            segment.append([a, a, a])
         places.append(points[a:b + 1])
+        goes.append(np.ones(b - a, bool))
         segment.append(np.arange(a, b))
-    return np.concatenate(places), np.concatenate(segment)
+    return np.concatenate(places), np.concatenate(goes), np.concatenate(segment)
 
 
 def moves_along(program, part, path):

@@ -33,7 +33,7 @@ MOST_BYTES = 2_000_000_000      # of a text of our own that is read back: a prog
 
 @dataclass(frozen=True)
 class Order:
-    """What is asked for.  rates: feed.Rates, None: respect the flutes; whole, diameter (mm): of flute.rewrite()."""
+    """What is asked for.  rates: feed.Rates, None: respect the flutes; whole, diameter (mm): of flute.Order."""
 
     rates: Optional[feed.Rates] = None
     whole: bool = False
@@ -193,7 +193,7 @@ def _with_reserve(order, job, progress, reserve, needles, folder, fed):
     """One of the repeats -> (path of the new program in the folder, None: not written; what is cut then: Program, or Foreseen of what is not
     written; Figures; [Witness] of what is too deep).  fed: where traverses end that become feed moves."""
     def rewrite(program, anywhere):
-        return flute.rewrite(program, job.geometry, job.cell, order.whole, order.diameter, progress, reserve, anywhere, needles, job.clearance)
+        return flute.rewrite(program, job.geometry, flute.Order(job.cell, order.whole, order.diameter, reserve, anywhere, needles, job.clearance), progress)
 
     def check(program, _edits, figures):
         for first, end in figures.shifted:

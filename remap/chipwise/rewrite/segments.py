@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The segments of a first path that are travelled again: where they begin and end.
 
-Called by flute.py, whose [4] this is.  Source: CN105492980 figure 13.
+Called by levels.py.  Source: CN105492980 figure 13.
 
 The map's needles are a cell apart.  At the side of a path, stock that lies between them may be there a little before and behind the pieces that
 meet any: a tool of radius r takes the last of a strip of width w only when its axis is sqrt(2 r w) further.  So a segment has MARGIN_CELLS, and

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Depths, proved, of a path that is still sought: components/offline/depth_proof.c [6] from Python.
 
-Called by flute.py and trials.py.  depth_proof.py proves the whole program at the end, whatever was found here.  Lengths mm, machine coordinates of
+Called by flute.py, levels.py and trials.py.  depth_proof.py proves the whole program at the end, whatever was found here.  Lengths mm, machine coordinates of
 the tool's tip.
 """
 
@@ -47,12 +47,12 @@ class Sought:
         library().chip_proof_back(self._handle)
         if self._waiting:
             for index, start, ends in self._waiting:
-                self._add(~index, start, ends)
+                self._add(depth_proof.not_judged(index), start, ends)
             self._waiting = []
             self.keep()
         own, above = self._tools.index(tool), [*places[0, :2], max(self._stock.z_max, places[0, 2]) + OVER_STOCK_MM]
-        self._add(~own, above, places[:1])
-        return self._add(np.where(asked, own, ~own), places[0], places[1:])
+        self._add(depth_proof.not_judged(own), above, places[:1])
+        return self._add(np.where(asked, own, depth_proof.not_judged(own)), places[0], places[1:])
 
     def keep(self):
         """The moves that were asked about last stay."""
