@@ -3,10 +3,11 @@
 
 drawing(seed)   chains of parts: loops nested up to four deep in any order, direction and start; some drawn twice, some joined
                 by G1, some that begin in one place, some with spikes; and the even-odd region of what was meant
-judge(plan, ..) area that should be cut and is not, area cut twice over what is allowed, and how deep the tool goes into walls
+judge(moves, ..) what the tool sweeps against that region, over the whole area: areas, deepest gouge, widest rest
 Each has been seen to fail: tests/geometry/test_nesting.py feeds sabotaged moves.  Lengths mm.
 """
 import math
+from typing import NamedTuple
 
 import numpy as np
 from shapely.geometry import LineString, Polygon
@@ -17,6 +18,11 @@ from support import hole_oracle as trace
 
 SAGITTA = 1e-4          # of chords for arcs
 GAP = 0.01              # that a chain may have, and length of a spike
+FINEST, FURTHEST = 1e-4, 1e3    # of the distances that are measured
+LEAST_AREA = 1e-9       # mm2: what is smaller is rounding of shapely
+
+# What a verdict may be, exclusive: the target for areas, as a share; chords of the judge.
+SHARE, GOUGE_MM, REST_MM = 1e-3, 1e-3, 1e-3
 
 
 class _Line:
@@ -141,27 +147,50 @@ def arc_points(start, end, centre, ccw):
              centre[1] + radius * math.sin(a + (turn if ccw else -turn) * k / count)) for k in range(count)]
 
 
+def quarter(radius):
+    """Chords of a quarter of a circle."""
+    return math.ceil(0.25 * math.pi / math.acos(1.0 - min(SAGITTA / radius, 0.1)))
+
+
 def cut_region(moves, start, radius, floor):
     """Everything the tool sweeps at the floor."""
     path = []
     for e in trace.walk(moves, start):
         if e.kind != "rapid" and max(e.a[2], e.b[2]) < floor + 1e-6:
             points = [*arc_points(e.a[:2], e.b[:2], e.centre, e.ccw), e.b[:2]] if e.kind == "arc" else [e.a[:2], e.b[:2]]
-            path.append(LineString(points).buffer(radius, 90) if math.dist(e.a[:2], e.b[:2]) > 0 or e.kind == "arc" else Polygon())
+            path.append(LineString(points).buffer(radius, quarter(radius)) if math.dist(e.a[:2], e.b[:2]) > 0 or e.kind == "arc" else Polygon())
     return unary_union(path)
 
 
+class Verdict(NamedTuple):
+    """Of what moves cut at the floor, over the whole area.
+
+    left      share of the area the tool can clear that was not cleared
+    beyond    area cut beyond it, as a share of it
+    gouge     mm, how far the place that is cut deepest into a wall or an island lies from the pocket
+    rest      mm, how far the place that is left and lies furthest from all that is cut lies from it: half the width of a rib
+    """
+
+    left: float
+    beyond: float
+    gouge: float
+    rest: float
+
+
 def judge(moves, request, region):
-    """(share of the area the tool can clear that was not, share cut beyond it, deepest gouge mm)."""
+    """Verdict on moves; region: shapely, what was drawn to be cleared."""
     radius = request.tool_radius
     cut = cut_region(moves, request.start, radius, request.bottom)
-    reach = region.buffer(-radius, 90).buffer(radius, 90)
-    beyond = cut.difference(region)
-    gouge = max((region.distance(_point(p)) for part in getattr(beyond, "geoms", [beyond]) if not part.is_empty for p in part.exterior.coords),
-                default=0.0)
-    return reach.difference(cut).area / reach.area, cut.difference(reach).area / reach.area, gouge
+    reach = region.buffer(-radius, quarter(radius)).buffer(radius, quarter(radius))
+    return Verdict(reach.difference(cut).area / reach.area, cut.difference(reach).area / reach.area, furthest(cut, region), furthest(reach, cut))
 
 
-def _point(p):
-    from shapely.geometry import Point
-    return Point(p)
+def furthest(a, b):
+    """The distance (mm) from region b of the point of region a that is furthest from it, to 0.1 um; 0 if b holds a."""
+    low, high = 0.0, FINEST
+    while high < FURTHEST and a.difference(b.buffer(high, quarter(high))).area > LEAST_AREA:
+        low, high = high, 2.0 * high
+    while low and high - low > FINEST:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if a.difference(b.buffer(middle, quarter(middle))).area > LEAST_AREA else (low, middle)
+    return low

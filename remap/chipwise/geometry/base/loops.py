@@ -28,19 +28,19 @@ def split(parts, close_mm):
     for part in parts:
         walk.add(part)
     loops = tuple(loop for loop in walk.loops if not walk.is_bridge(loop))
-    links = (*(part for loop in walk.loops if walk.is_bridge(loop) for part in loop), *walk.open)
+    links = (*(part for loop in walk.loops if walk.is_bridge(loop) for part in loop), *(part for _, part in walk.left()))
     if len(loops) < 2 and not links or not loops:
         return (tuple(parts),), ()
-    if walk.open:
+    if walk.left():
         _refuse_loose(walk, loops, close_mm)
     return loops, links
 
 
 def _refuse_loose(walk, loops, close_mm):
     """Raise ContourError for what is left of a chain, but single parts from loop to loop."""
-    left, ends = walk.open, [end for loop in loops for part in loop for end in (part.start, part.end)]
-    loose = [part for part, end in ((left[0], left[0].start), (left[-1], left[-1].end)) if min(math.dist(end, other) for other in ends) > close_mm]
-    loose += [left[k] for k in range(1, len(left)) if k not in walk.joints]
+    left, ends = walk.left(), [end for loop in loops for part in loop for end in (part.start, part.end)]
+    loose = [part for part, end in ((left[0][1], left[0][1].start), (left[-1][1], left[-1][1].end)) if min(math.dist(end, other) for other in ends) > close_mm]
+    loose += [part for (before, _), (k, part) in zip(left, left[1:]) if not any(before < joint <= k for joint in walk.joints)]
     for part in loose[:1]:
         raise ContourError("not connected", (part.line, part.line), f"line {part.line} leads to a closed loop or away from it and "
                            "is not a part of it; use G0 between loops", part.start)
@@ -65,6 +65,10 @@ class _Walk:
         first = len(self.open) - 1 if full else self._last_at(part.end)
         if first is not None:
             self._take(first)
+
+    def left(self):
+        """[(number, part)] of the open parts, without those that are no longer than a gap: rests of spikes at the corner where a loop closed."""
+        return [(k, part) for k, part in enumerate(self.open) if _length(part) > self.close_mm]
 
     def is_bridge(self, loop):
         """Whether a loop runs there and back on itself, from another loop."""
