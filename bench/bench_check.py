@@ -3,7 +3,7 @@
 
 A million moves of 0.1 mm on a stock of 100 x 100 mm with cells of 0.1 mm, by tool.  Computing time is that of all processes;
 on a machine that does nothing else it is the time it takes on one core.  Arguments: moves (default 1000000); `--parallel`: only
-the 8 programs side by side.
+the 8 programs side by side; `--set-up`: only `chipwise setup` and the monitor's estimate of the time set up, of a relief.
 
 Eight programs on one core and on two, in turns.  The time on the clock depends on what else the machine does; the computing time
 does not.  S is that of the first process, which is done before the others begin, P that of all others.  Alone on n cores the
@@ -32,6 +32,7 @@ MEGA = 1 << 20
 CASES = (("flat D6", 1, False, 20), ("ball D6", 4, True, 60), ("bull-nose D6", 5, True, 60), ("flat D12", 8, False, 120),
          ("ball D12", 9, True, 120))
 MOST_MB = 300
+SET_UP_S = 15           # of computing time, for a million moves
 ROUNDS = 3              # of one core and two
 LEAST_GAIN = 1.7
 
@@ -58,12 +59,13 @@ def memory(root):
     return total
 
 
-def run(paths, *options, ini, cores=None):
-    """-> (status, computing s, wall s, most memory in bytes)."""
+def run(command, cores=None, order="", **options):
+    """-> (status, computing s, wall s, most memory in bytes).  order: its standard input."""
     before, start, most = os.times(), time.monotonic(), 0
-    process = subprocess.Popen([CHIPWISE, "check", *paths, "--ini", ini, "--cell", "0.1", *options], stdout=subprocess.DEVNULL,
-                               stderr=subprocess.DEVNULL,
-                               preexec_fn=(lambda: os.sched_setaffinity(0, cores)) if cores else None)
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, text=True,
+                               preexec_fn=(lambda: os.sched_setaffinity(0, cores)) if cores else None, **options)
+    with process.stdin as file:
+        file.write(order)
     while process.poll() is None:
         most = max(most, memory(process.pid))
         time.sleep(0.1)
@@ -112,6 +114,20 @@ def parallel(folder, ini, moves):
     return gain < LEAST_GAIN or any(run[0] for pair in rounds for run in pair)
 
 
+def set_up(folder, ini, moves):
+    """Rows of chipwise setup and of the process of the monitor that estimates the time set up; -> whether something failed."""
+    path, failed = os.path.join(folder, "relief.ngc"), False
+    program(path, 4, True, moves)
+    scene = {"index": 1, "offset": [0.0, 0.0, 0.0], "g92": [0.0, 0.0, 0.0], "turn": 0.0, "tool": 0, "codes": "G17 G21", "block_delete": False}
+    estimate = [sys.executable, "-m", "chipwise.setup.time_process", str(os.getpid())], json.dumps({"ini": ini, "program": path, "scene": scene})
+    for name, target, (command, order) in (("chipwise setup", SET_UP_S, ([CHIPWISE, "setup", path, "--ini", ini], "")), ("the estimate of the time set up", None, estimate)):
+        status, used, wall, most = run(command, order=order, env={**os.environ, "PYTHONPATH": os.path.join(ROOT, "remap")})
+        show(f"{moves} moves, {name}", used, "s", f"computing time of all processes; {wall:.1f} s on the clock", target=target and target * moves / 1e6)
+        show(f"memory, {name}", most / MEGA, "MB", f"all processes; {os.path.getsize(path) / MEGA:.0f} MB of text", target=MOST_MB)
+        failed |= status != 0 or most > MOST_MB * MEGA
+    return failed
+
+
 def machine(folder):
     """The sample mill with two more tools."""
     with open(os.path.join(ROOT, "configs", "mill.ini"), encoding="utf-8") as file:
@@ -133,14 +149,16 @@ def show(*values, **more):
     print(json.dumps(row(*values, **more)), flush=True)
 
 
-def main(moves, only_parallel=False):
+def main(moves, only=""):
     failed = False
     with tempfile.TemporaryDirectory(prefix="chipwise-bench-") as folder:
         ini = machine(folder)
-        for name, tool, wavy, target in () if only_parallel else CASES:
+        if only == "set-up":
+            return set_up(folder, ini, moves)
+        for name, tool, wavy, target in () if only else CASES:
             path = os.path.join(folder, "part.ngc")
             program(path, tool, wavy, moves)
-            status, used, wall, most = run([path], ini=ini, cores={min(os.sched_getaffinity(0))})
+            status, used, wall, most = run([CHIPWISE, "check", path, "--ini", ini, "--cell", "0.1"], {min(os.sched_getaffinity(0))})
             show(f"{moves} moves, {name}", used, "s", f"computing time; {wall:.1f} s on the clock", target=target * moves / 1e6)
             show(f"memory, {name}", most / MEGA, "MB", "all processes", target=MOST_MB)
             failed |= status != 0 or used > target * moves / 1e6 or most > MOST_MB * MEGA
@@ -150,4 +168,4 @@ def main(moves, only_parallel=False):
 
 if __name__ == "__main__":
     numbers = [int(word) for word in sys.argv[1:] if word.isdigit()]
-    sys.exit(main(*numbers[:1] or [1_000_000], only_parallel="--parallel" in sys.argv))
+    sys.exit(main(*numbers[:1] or [1_000_000], only="parallel" if "--parallel" in sys.argv else "set-up" if "--set-up" in sys.argv else ""))

@@ -55,13 +55,13 @@ def confirmed(path, ini, corners, *options):
     return jobs.read(jobs.path_of(str(path)))
 
 
-def runs(path, ini, folder):
-    """(errors, log) with the set-up, and of a copy without one."""
+def runs(path, ini, folder, speed=SPEED):
+    """(errors, log) with the set-up, and of a copy without one.  speed: of the clock."""
     bare = folder / "bare.ngc"
     bare.write_text(path.read_text())
     home = ["mdi", "G53 G0 X0 Y0 Z100"]
     answers = operate(folder, [home, ["log", str(bare)], ["open", str(path)], home, ["messages", "part.ngc: set up as confirmed"], ["log", str(path)]],
-                      ini=str(ini), speed=SPEED, timeout=900)
+                      ini=str(ini), speed=speed, timeout=900)
     return answers[5], answers[1]
 
 
@@ -98,10 +98,10 @@ def judged(program, log, job):
     return verdict, run, (length / run.period / np.maximum(feed, 1e-9))[falls]
 
 
-def measured(program, folder):
+def measured(program, folder, speed):
     """One line of the table, as a dict."""
     path, ini, job = set_up(program, folder)
-    (errors, held), (_errors, free) = runs(path, ini, folder)
+    (errors, held), (_errors, free) = runs(path, ini, folder, speed)
     held, free = claims.loaded(held), claims.loaded(free)
     verdict, run, down = judged(program, held, job)
     before, first, down_at_f = judged(program, free, job)
@@ -113,6 +113,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", nargs="*", default=[], help="programs")
     parser.add_argument("--seed", default=SEED)
+    parser.add_argument("--speed", type=float, default=SPEED, help="of the clock; what this computer needs for the first F takes that many times as long")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
     print(HEAD, flush=True)
@@ -120,7 +121,7 @@ def main():
         if options.only and name not in options.only:
             continue
         with tempfile.TemporaryDirectory() as scratch:
-            f = measured(program, Path(scratch))
+            f = measured(program, Path(scratch), options.speed)
         print(json.dumps(f) if options.json else
               f"{f['program']:20s} {100 * f['peak_10ms']:12.1f} {100 * f['peak_at_f']:8.1f} {f['down']:9.3f} {f['down_at_f']:9.3f} {f['time_s']:8.2f} {f['time_at_f_s']:8.2f} "
               f"{100 * (f['time_s'] / f['time_at_f_s'] - 1):9.2f} {len(f['errors']):6d}" + (f"  {f['lost']} servo periods lost, void" if f["lost"] else ""), flush=True)

@@ -107,3 +107,25 @@ def test_a_stock_that_is_known_keeps_nobody_waiting(scene):
     shadow.reading.answer = dict(BOX)
     look()
     assert shadow.has_read(shadow.loaded[0]) and not shadow.written_to
+
+
+@pytest.mark.parametrize("answers, certain, said_at_end", [((False, False, True), False, "a stock is assumed"), ((False,) * 9, False, "does not hand over its map"), ((False,) * 9, True, "")])
+def test_a_tracker_that_does_not_take_the_stock_is_asked_again(tmp_path, monkeypatch, answers, certain, said_at_end):
+    """On a busy computer it answers late; three times, then a sentence.  Where it has a certain stock by now nothing is said."""
+    monkeypatch.setattr(saying, "Quiet", lambda *_: lambda: True)
+    pins, said = dict.fromkeys(("stock-defined", "certain", "request", "new-part", "parts"), 0), []
+    files = types.SimpleNamespace(stock=types.SimpleNamespace(bounds=(0.1, 0.5), capacity=1_000_000))
+    shadow = module.Shadow(pins, parse_settings({}), files, str(tmp_path / "mill.ini"), said.append)
+    shadow.loaded, given, answers = (PART, (1,), (1,)), [], iter(answers)
+    shadow.wanted = BOX | {"to_machine": [0.0, (0.0,) * 3, (0.0,) * 3], "tools": {}, "spindle": None, "text": "its path"}
+
+    def put(*found):
+        given.append(found)
+        pins["stock-defined"] = pins["certain"] = certain
+        return next(answers)
+    monkeypatch.setattr(shadow, "_put", put)
+    while shadow.wanted is not None:
+        answer, shadow.wanted = shadow.wanted, None
+        shadow._write(answer, (1,), lambda: True)
+    shadow.saying.speak(LINUXCNC)
+    assert len(given) == 3 and (said_at_end in said[0] if said_at_end else said == [])

@@ -30,6 +30,7 @@ from chipwise.clib.core import CoreError, Stock
 from chipwise.stock.store import head_of
 
 HELD_S = 1.0            # for the tracker's answer
+MOST_TRIES = 3          # to give it a stock: a busy computer lets it answer late
 PERIODS_S = 0.05        # some servo periods
 INSIDE_MM = 0.01
 NO_STOCK = "define it with M250"
@@ -69,7 +70,7 @@ class Shadow:
         self.owner = None               # (program, identity) that it was assumed for last
         self.asks_tool = None           # (tool, identity of the tool table) for which a tool was unknown
         self.pressed = bool(component["new-part"])
-        self.tools, self.spindle = {}, None
+        self.tools, self.spindle, self.tries = {}, None, 0
 
     def follow(self, linuxcnc, status):
         """At each look; nothing of it waits for the process."""
@@ -140,7 +141,7 @@ class Shadow:
         if answer["why"] and not self._is_certain():
             self.saying.tell(f"{os.path.basename(self.loaded[0])}: no stock is assumed: {answer['why']}; {answer.get('remedy') or NO_STOCK}")
         if answer.get("low"):
-            self.answer = self.wanted = answer
+            self.answer, self.wanted, self.tries = answer, answer, 0
             self.time.ask(self.loaded, {"ini": self.ini, "program": self.loaded[0], "scene": self.scene})
             return
         self.time.forget()
@@ -171,6 +172,17 @@ class Shadow:
                 self.owner = self.loaded[:2]
             else:
                 self._tell_on(name, ", which is larger now")
+        else:
+            self._try_again(name, answer)
+
+    def _try_again(self, name, answer):
+        """The tracker has not taken the stock: it belongs to another one by now, or this computer is busy."""
+        self.tries += 1
+        if self.tries < MOST_TRIES:
+            self.wanted = answer
+        elif not self._is_certain():
+            what, remedy = reasons.REASONS[reasons.NO_ANSWER]
+            self.saying.tell(f"{name}: no stock is assumed: {what}; {remedy}")
 
     def _stock(self, box, turn, before):
         """(core.Stock or None if it is in the map already, mm3 cut of it, (low, high))."""
@@ -198,7 +210,12 @@ class Shadow:
 
     def _put(self, found, cells):
         """-> whether the tracker has given the map away for it."""
-        return self._hold(lambda: self.files.stock.put(found, cells)) and bool(self.pins["stock-defined"])
+        if not self._hold(lambda: self.files.stock.put(found, cells)):
+            return False
+        end = time.monotonic() + patience(HELD_S)
+        while not self.pins["stock-defined"] and time.monotonic() < end:        # the tracker looks at it in its next period
+            time.sleep(0.001)
+        return bool(self.pins["stock-defined"])
 
     def _hold(self, work):
         """Do work on the map of an assumed stock; -> whether the tracker has given it away for that."""
