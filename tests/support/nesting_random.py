@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from shapely.geometry import LineString, Polygon
 from shapely.ops import unary_union
+from shapely.prepared import prep
 
 from chipwise.geometry.base.contour import ArcElement, LineElement
 from support import hole_oracle as trace
@@ -152,14 +153,24 @@ def quarter(radius):
     return math.ceil(0.25 * math.pi / math.acos(1.0 - min(SAGITTA / radius, 0.1)))
 
 
-def cut_region(moves, start, radius, floor):
-    """Everything the tool sweeps at the floor."""
-    path = []
+def cut_pieces(moves, start, radius, floor):
+    """What the tool sweeps on each move at the floor."""
+    found = []
     for e in trace.walk(moves, start):
-        if e.kind != "rapid" and max(e.a[2], e.b[2]) < floor + 1e-6:
+        if e.kind != "rapid" and max(e.a[2], e.b[2]) < floor + 1e-6 and (e.kind == "arc" or math.dist(e.a[:2], e.b[:2]) > 0):
             points = [*arc_points(e.a[:2], e.b[:2], e.centre, e.ccw), e.b[:2]] if e.kind == "arc" else [e.a[:2], e.b[:2]]
-            path.append(LineString(points).buffer(radius, quarter(radius)) if math.dist(e.a[:2], e.b[:2]) > 0 or e.kind == "arc" else Polygon())
-    return unary_union(path)
+            found.append(LineString(points).buffer(radius, quarter(radius)))
+    return found
+
+
+def united(pieces, allowed):
+    """The union of pieces, each of which lies in a region that is allowed.  GEOS sometimes loses a hole where very many edges nearly meet: then it is
+    made again in parts."""
+    for size in (len(pieces), 40, 7):
+        found = unary_union([unary_union(pieces[k:k + size]) for k in range(0, len(pieces), size)])
+        if found.difference(allowed).area <= LEAST_AREA:
+            return found
+    raise AssertionError("shapely makes no union of what was cut")
 
 
 class Verdict(NamedTuple):
@@ -180,9 +191,13 @@ class Verdict(NamedTuple):
 def judge(moves, request, region):
     """Verdict on moves; region: shapely, what was drawn to be cleared."""
     radius = request.tool_radius
-    cut = cut_region(moves, request.start, radius, request.bottom)
+    pieces, near = cut_pieces(moves, request.start, radius, request.bottom), region.buffer(0.5 * GOUGE_MM, quarter(GOUGE_MM))
+    right = prep(near)
+    outside = unary_union([piece for piece in pieces if not right.contains(piece)])
+    cut = united(pieces, near.union(outside))
     reach = region.buffer(-radius, quarter(radius)).buffer(radius, quarter(radius))
-    return Verdict(reach.difference(cut).area / reach.area, cut.difference(reach).area / reach.area, furthest(cut, region), furthest(reach, cut))
+    gouge = furthest(cut if outside.is_empty else outside, region)
+    return Verdict(reach.difference(cut).area / reach.area, cut.difference(reach).area / reach.area, gouge, furthest(reach, cut))
 
 
 def furthest(a, b):
