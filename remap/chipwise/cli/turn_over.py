@@ -10,11 +10,11 @@ Exit status: 0 done, 2 the file or an option cannot be used, or the result could
 
 import json
 import math
-import os
 
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import CycleError, printable, unnamed
 from chipwise.options.machine import refuser
+from chipwise.options.slots import path_of, settings_of, slots
 from chipwise.stock import reasons
 
 NAME = 'turn-over'
@@ -40,12 +40,10 @@ def run(options):
     """-> exit status."""
     check(options)
     try:
-        settings = machine_of(options)
+        settings = settings_of(options.ini, (options.file, options.output), refuse)
         source, target = (path_of(name, settings) for name in (options.file, options.output))
         if options.allowance is None:
             options.allowance = settings['ALLOWANCE'] if settings else 0.0
-        if options.output in slots():                   # M253 makes the folder, too
-            os.makedirs(os.path.dirname(target), exist_ok=True)
         check_outputs(refuse, {'-o': target, '--json': options.json}, [('the stock of side one', source)])
         figures = turned(options, source, target)
     except CycleError as error:
@@ -69,27 +67,6 @@ def check(options):
         refuse(f'--allowance {options.allowance:g} is not from 0 to {MOST_ALLOWANCE:g}')
     if options.output not in slots() and not options.output.endswith('.stock'):
         refuse(f'{options.output} is neither FILE.stock nor a slot from 0 to {reasons.SLOTS - 1}')
-
-
-def slots():
-    return [str(slot) for slot in range(reasons.SLOTS)]
-
-
-def machine_of(options):
-    """The settings of the machine, None if none is named and none is needed."""
-    if options.ini or os.environ.get('INI_FILE_NAME'):
-        from chipwise.settings import load_settings
-        return load_settings(options.ini)
-    for name in (options.file, options.output):
-        if name in slots():
-            refuse(f'slot {name} is that of a machine; use --ini INI')
-    return None
-
-
-def path_of(name, settings):
-    """A slot's file, else the file itself."""
-    from chipwise.stock import store
-    return os.path.join(settings.path('STOCK_DIR'), store.slot_name(int(name))) if name in slots() else name
 
 
 def turned(options, source, target):

@@ -136,9 +136,19 @@ class StockFiles:
         """A file to the map; -> the reply.  Any error leaves the stock as it was."""
         from chipwise.stock import store
         try:
-            return self.give(store.read(path, self.stock.capacity))
+            reply = self.give(store.read(path, self.stock.capacity))
         except store.StoreError as error:
             return self.failed(error)
+        if reply == reasons.DONE:
+            self.say_doubt(path)
+        return reply
+
+    def say_doubt(self, path):
+        """If a stock is that of a probed blank (`chipwise blank`), how sure it is."""
+        from chipwise.blank import doubt
+        said = doubt.read(path)
+        if said:
+            self.say(f'the stock is a probed blank: {said}')
 
     def give(self, found):
         """(head, cells) to the map; -> the reply."""

@@ -31,7 +31,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 import chipwise
-from chipwise.host.files import TooLong, read_bytes, write_durable
+from chipwise.host.files import TooLong, open_regular, read_bytes, write_durable
 from chipwise.clib import layout
 from chipwise.clib.core import CELL_DTYPE
 from chipwise.stock.reasons import BROKEN, DISK, NO_FILE, OTHER_VERSION, TOO_LARGE
@@ -237,6 +237,13 @@ def write(path: str, head: Head, cells: np.ndarray) -> None:
         write_durable(path, pack(head, cells), UNFINISHED)
     except OSError as error:
         raise StoreError(DISK, f"{path}: {error.strerror}") from error
+
+
+def digest_of(path: str) -> bytes:
+    """The checksum in a stock file, which names its content.  Raises OSError."""
+    with open_regular(path, MOST_NUMBER) as file:
+        file.seek(-min(DIGEST, os.fstat(file.fileno()).st_size), os.SEEK_END)
+        return file.read(DIGEST)
 
 
 def read(path: str, most_cells: int = layout.MAX_CELLS) -> tuple[Head, np.ndarray]:
