@@ -7,6 +7,7 @@ import tomllib
 import numpy as np
 import pytest
 
+from chipwise.blank import points as probed_points
 from chipwise.stations.frame import frame_of
 from support.operate import operate
 
@@ -81,12 +82,31 @@ def test_what_is_not_taught(tmp_path):
     assert found[3] == {1: pytest.approx((10, 10, 5)), 2: pytest.approx((60, 10, 5)), 3: pytest.approx((10, 60, 5))}
 
 
+# nc_files/probe_grid.ngc in inch, under G92 and a rotated work offset: a switch that closes where Z is below -2 mm of the machine
+GRID_OFFSET, GRID_G92, GRID_Z = (1.0, 0.5, 0.2), (-0.1, 0.1, -0.02), -2.0
+PROBE_GRID = [['hal', 'loadrt', 'comp'], ['hal', 'addf', 'comp.0', 'servo-thread'], ['hal', 'net', 'chipwise-pos-z', 'comp.0.in0'], ['hal', 'setp', 'comp.0.in1', f'{GRID_Z}'],
+              ['hal', 'net', 'touched', 'comp.0.out', 'motion.probe-input'], ['mdi', f'G10 L2 P1 X{GRID_OFFSET[0]} Y{GRID_OFFSET[1]} Z{GRID_OFFSET[2]} R{ROTATION}'], ['mdi', 'G54'],
+              ['mdi', 'G0 X2 Y1 Z1'], ['mdi', 'G92 X2.1 Y0.9 Z1.02'], ['mdi', 'o<probe_grid> call [0.5] [0.2] [1.5] [1.0] [3] [2] [0.5] [-0.6] [40]'], ['messages']]
+
+
+def assert_probed(tmp_path, answers):
+    """The log has the six points, in the order they were touched, and where they are in the machine."""
+    assert answers[-1] and 'the points are in chipwise_probe.txt' in answers[-1][-1], answers
+    touched = probed_points.read(str(tmp_path / 'chipwise_probe.txt'), None, 1.0)
+    flat = [complex(x + GRID_G92[0], y + GRID_G92[1]) * np.exp(1j * math.radians(ROTATION)) + complex(*GRID_OFFSET[:2])
+            for x, y in ((0.5, 0.2), (1.0, 0.2), (1.5, 0.2), (1.5, 1.0), (1.0, 1.0), (0.5, 1.0))]
+    assert touched.place.machine(touched.points)[:, :2] / 25.4 == pytest.approx(np.array([[v.real, v.imag] for v in flat]), abs=1e-4)
+    assert touched.place.machine(touched.points)[:, 2] == pytest.approx(GRID_Z, abs=0.3)
+
+
 def test_a_probed_point_and_a_new_origin(tmp_path):
-    """H1 takes where the probe has touched, not where the tool is now.  Q1 begins a station anew.  In inch."""
+    """H1 takes where the probe has touched, not where the tool is now.  Q1 begins a station anew.  In inch.  Then a grid is probed."""
     steps = [['mdi', 'T1 M6'], *go((10, 10, 5), 1), *go((60, 10, 5), 2), ['mdi', 'G20'], ['mdi', 'G0 X2 Y2 Z0.52'], ['mdi quietly', 'G38.3 Z-1 F1'],
              ['until', 'axis.z.pos-cmd', '<', 12.7], ['hal', 'setp', 'motion.probe-input', '1'], ['mdi_end'],
              ['hal', 'setp', 'motion.probe-input', '0'], ['pins', 'motion.probe-input'], ['mdi', 'G0 Z1'], ['mdi', 'M255 P3 Q1 H1'], ['messages']]
-    answers = operate(tmp_path, steps, edit=stations_in(tmp_path))
+    answers = operate(tmp_path, [*steps, *PROBE_GRID], edit=stations_in(tmp_path), before=f'ln -sf {tmp_path}/chipwise_probe.txt .')
+    assert_probed(tmp_path, answers[len(steps):])
+    answers = answers[:len(steps)]
     points = read(tmp_path)[3]
     assert list(points) == [1] and points[1][:2] == pytest.approx((50.8, 50.8), abs=1e-6)
     assert 0 < points[1][2] <= 12.7 and points[1][2] == pytest.approx(12.7, abs=3.0), points
