@@ -172,7 +172,7 @@ static void read_pace(struct chip_planner *planner, const TP_STRUCT *tp)
     planner->braking_mu_s2 = braking_accel(tc);
     planner->blend_vel_mu_s = 0.0;
     if (tp->queue._len < 2 || !tc->blending_next || tc->term_cond != TC_TERM_COND_PARABOLIC) return;
-    planner->braking_mu_s2 = chip_min(planner->braking_mu_s2, braking_accel(next));
+    planner->braking_mu_s2 = (CHIP_HALF_IN_OVERLAP ? 0.5 : 1.0) * chip_min(planner->braking_mu_s2, braking_accel(next));
     planner->blend_vel_mu_s = chip_max(0.0, chip_min(tc->currentvel, next->currentvel));
 }
 
@@ -255,6 +255,8 @@ static int extend_path(struct chip_planner *planner, const TP_STRUCT *tp, const 
         } else {
             if (segment_of(tc, part, in, &segment)) {
                 segment.accel = braking_accel(tc) / in->mu_per_mm;
+                segment.overlap[0] = overlap_of(tc, part, 0, in);
+                segment.overlap[1] = overlap_of(tc, part, 1, in);
                 segment.feed = feed / in->mu_per_mm;
                 segment.rapid = tc->canon_motion_type == EMC_MOTION_TYPE_TRAVERSE;
                 segment.join = tentative ? CHIP_JOIN_PARABOLIC : join_of(tc, part);

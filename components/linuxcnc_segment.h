@@ -14,7 +14,8 @@
 #include "core/chip_math.h"
 #include "core/tracker.h"
 
-#define CHIP_PLANNER_CHORDS 16 /* chords an arc outside XY is read as; a blend arc has one less */
+#define CHIP_BLEND_OVERRIDE 2.0 /* times F, of a parabolic blend at most */
+#define CHIP_PLANNER_CHORDS 16  /* chords an arc outside XY is read as; a blend arc has one less */
 
 /* Axis position -> tip, mm. */
 static void tip_of(const struct chip_tracker_in *in, const PmCartesian *at, double tip[3])
@@ -221,14 +222,35 @@ static int segment_of(const TC_STRUCT *tc, int part, const struct chip_tracker_i
     return chip_segment_arc(segment, centre, a, circle->normal.z > 0.0 ? circle->angle : -circle->angle, b[2] - a[2]);
 }
 
-/* Acceleration the planner may brake with along a segment, machine units/s2, as
- * tcGetTangentialMaxAccel (tp/tc.c) computes it. */
+/* LinuxCNC 2.10 brakes with half of the acceleration only while two segments overlap (tp/tc.c, tcGetCycleMaxAccel), 2.9 along the
+ * whole of both (tcGetTangentialMaxAccel). tools/motion_headers finds which one it is. */
+#ifndef CHIP_HALF_IN_OVERLAP
+#define CHIP_HALF_IN_OVERLAP 0
+#endif
+
+static int has_parabola(const TC_STRUCT *tc) { return tc->blend_prev || tc->term_cond == TC_TERM_COND_PARABOLIC; }
+
+/* Acceleration the planner may brake with along a segment, machine units/s2; in a blend of 2.10 it is half of it. */
 static double braking_accel(const TC_STRUCT *tc)
 {
     double share = 1.0 - chip_max(tc->kink_accel_reduce, tc->kink_accel_reduce_prev);
-    if (tc->blend_prev || tc->term_cond == TC_TERM_COND_PARABOLIC) share *= 0.5;
+    if (!CHIP_HALF_IN_OVERLAP && has_parabola(tc)) share *= 0.5;
     if (tc->motion_type == TC_CIRCULAR || tc->motion_type == TC_SPHERICAL) share *= tc->acc_ratio_tan;
     return tc->maxaccel * share;
+}
+
+/* mm at the beginning (0) or end (1) of a part of a segment in which it may overlap with another one. The blend begins where the
+ * segment has fallen to the blend's velocity, at most that of the segment; a feed override may be up to CHIP_BLEND_OVERRIDE. The
+ * other one is slower meanwhile, and a blend takes half of a segment at most. */
+static double overlap_of(const TC_STRUCT *tc, int part, int end, const struct chip_tracker_in *in)
+{
+    double vel = chip_min(tc->maxvel, CHIP_BLEND_OVERRIDE * tc->reqvel), accel = braking_accel(tc), most;
+    int last = part_count(tc) - 1;
+    if (!CHIP_HALF_IN_OVERLAP || part != (end ? last : 0)) return 0.0;
+    if (!(end ? tc->term_cond == TC_TERM_COND_PARABOLIC : tc->blend_prev)) return 0.0;
+    most = 0.5 * tc->target;
+    if (accel > 0.0 && vel >= 0.0) most = chip_min(most, 0.5 * vel * vel / accel + 2.0 * vel * in->period_s);
+    return chip_max(0.0, most / in->mu_per_mm);
 }
 
 /* How the end of a part of a segment is left. */

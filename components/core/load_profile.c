@@ -136,7 +136,8 @@ struct blend_ahead {
  * goes on at it until the first one has ended, after speed / a. */
 static double blend_behind(const struct chip_segment *segment, const struct chip_segment *next, double speed)
 {
-    double rising = 0.5 * speed * speed / next->accel, whole = speed * speed / segment->accel - rising;
+    double rising = 0.5 * speed * speed / chip_segment_blend_accel(next, 0);
+    double whole = speed * speed / chip_segment_blend_accel(segment, 1) - rising;
     if (whole <= rising) return chip_min(0.5 * next->length, rising);
     return chip_min(next->length, whole);
 }
@@ -149,14 +150,14 @@ static void next_blend(const struct chip_lookahead *lookahead, const struct chip
     while (blend->segment + 2 < path->count && blend->end <= blend->far) {
         const struct chip_segment *segment = &path->segment[chip_path_slot(path, ++blend->segment)];
         const struct chip_segment *next = &path->segment[chip_path_slot(path, blend->segment + 1)];
+        double falls = chip_segment_blend_accel(segment, 1), rises = chip_segment_blend_accel(next, 0);
         blend->end += segment->length;
         if (segment->join != CHIP_JOIN_PARABOLIC || !(segment->accel > 0.0) || !(next->accel > 0.0)) continue;
-        blend->begin =
-            blend->end - 0.5 * chip_min(segment->length, speed * speed / segment->accel) - lookahead->latency_travel;
+        blend->begin = blend->end - 0.5 * chip_min(segment->length, speed * speed / falls) - lookahead->latency_travel;
         blend->until = blend->end + blend_behind(segment, next, speed);
-        blend->excess = next->accel > segment->accel ? 2.0 - segment->accel / next->accel : 1.0;
-        if (blend->excess * speed + next->accel * lookahead->period < CHIP_BLEND_MOST * speed)
-            blend->excess += next->accel * lookahead->period / speed;
+        blend->excess = rises > falls ? 2.0 - falls / rises : 1.0;
+        if (blend->excess * speed + rises * lookahead->period < CHIP_BLEND_MOST * speed)
+            blend->excess += rises * lookahead->period / speed;
         else
             blend->excess = CHIP_BLEND_MOST;
         return;

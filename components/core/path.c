@@ -45,7 +45,7 @@ int chip_segment_line(struct chip_segment *segment, const double start[3], const
     segment->horizontal = flat / segment->length;
     segment->vertical = dz / segment->length;
     segment->curvature = 0.0;
-    segment->accel = 0.0;
+    segment->accel = segment->overlap[0] = segment->overlap[1] = 0.0;
     segment->rapid = segment->join = 0;
     return 1;
 }
@@ -64,7 +64,7 @@ int chip_segment_arc(struct chip_segment *segment, const double centre[2], const
     segment->horizontal = flat / segment->length;
     segment->vertical = rise / segment->length;
     segment->curvature = (angle > 0.0 ? 1.0 : -1.0) / radius;
-    segment->accel = 0.0;
+    segment->accel = segment->overlap[0] = segment->overlap[1] = 0.0;
     segment->rapid = segment->join = 0;
     return 1;
 }
@@ -138,6 +138,13 @@ double chip_path_at(const struct chip_path *path, double s, double tip[3], doubl
     return path->segment[chip_path_slot(path, n)].curvature;
 }
 
+double chip_segment_braking(const struct chip_segment *segment, double from, double to)
+{
+    double slow = chip_max(0.0, chip_min(to, segment->overlap[0]) - from)
+                + chip_max(0.0, to - chip_max(from, segment->length - segment->overlap[1]));
+    return segment->accel * (to - from - 0.5 * chip_min(slow, to - from));
+}
+
 double chip_path_braking(const struct chip_path *path, double s)
 {
     double begin = path->begin_s, sum = 0.0;
@@ -146,7 +153,8 @@ double chip_path_braking(const struct chip_path *path, double s)
         const struct chip_segment *segment = &path->segment[chip_path_slot(path, n)];
         double end = begin + segment->length;
         if (!(segment->accel > 0.0)) return 0.0;
-        sum += segment->accel * chip_max(0.0, chip_min(end, s) - chip_max(begin, path->s));
+        if (chip_min(end, s) > chip_max(begin, path->s))
+            sum += chip_segment_braking(segment, chip_max(begin, path->s) - begin, chip_min(end, s) - begin);
         begin = end;
     }
     return sum;
@@ -237,6 +245,24 @@ int chip_path_next(const struct chip_path *path, double s, double step, double t
     }
 }
 
+/* mm on a segment from `from` on until braking has taken off `energy`, mm2/s2, half of the square of the velocity. */
+static double stop_on(const struct chip_segment *segment, double from, double energy)
+{
+    double border[3], at = from;
+    int i;
+    border[0] = segment->overlap[0];
+    border[1] = segment->length - segment->overlap[1];
+    border[2] = segment->length;
+    for (i = 0; i < 3; i++) {
+        double part = border[i] > at ? chip_segment_braking(segment, at, border[i]) : 0.0;
+        if (!(border[i] > at)) continue;
+        if (energy <= part) return at - from + energy / part * (border[i] - at);
+        energy -= part;
+        at = border[i];
+    }
+    return segment->length - from;
+}
+
 double chip_path_stop(const struct chip_path *path, double speed, double accel)
 {
     double begin = path->begin_s, energy = 0.5 * speed * speed;
@@ -244,11 +270,13 @@ double chip_path_stop(const struct chip_path *path, double speed, double accel)
     for (n = 0; n < path->count; n++) {
         const struct chip_segment *segment = &path->segment[chip_path_slot(path, n)];
         double from = chip_max(begin, path->s), end = begin + segment->length;
-        double brake = segment->accel > 0.0 ? segment->accel : accel;
-        if (!(brake > 0.0)) return CHIP_NEVER;
+        double sum =
+            segment->accel > 0.0 ? chip_segment_braking(segment, from - begin, segment->length) : accel * (end - from);
+        if (!(segment->accel > 0.0) && !(accel > 0.0)) return CHIP_NEVER;
         if (end > from) {
-            if (energy <= brake * (end - from)) return from + energy / brake;
-            energy -= brake * (end - from);
+            if (energy <= sum)
+                return from + (segment->accel > 0.0 ? stop_on(segment, from - begin, energy) : energy / accel);
+            energy -= sum;
         }
         begin = end;
     }

@@ -37,9 +37,10 @@ struct chip_segment {
     double curvature;            /* rad per mm of horizontal travel, counter-clockwise positive */
     double length;               /* mm of travel; not used by a predicted path */
     double accel;                /* mm/s2 the planner may brake with along it; 0: unknown */
-    double feed;                 /* mm/s, F of the program on it; 0: the planner has F itself, or it is unknown */
-    int rapid;                   /* it is a traverse */
-    int join;                    /* chip_join: how its end is left */
+    double overlap[2]; /* mm at its beginning and end along which it brakes with half of that, in a parabolic blend */
+    double feed;       /* mm/s, F of the program on it; 0: the planner has F itself, or it is unknown */
+    int rapid;         /* it is a traverse */
+    int join;          /* chip_join: how its end is left */
 };
 
 /* While the planner blends one segment into the next by a parabola the tool is on neither of them: it
@@ -122,6 +123,15 @@ double chip_path_stop(const struct chip_path *path, double speed, double accel);
 /* Travel until the tool goes down by a feed, mm, and in *accel the mean it may brake with until there, mm/s2 (0: unknown); negative if
  * that is not in sight, or the tool stops before. */
 double chip_path_descent(const struct chip_path *path, double *accel);
+
+/* Sum of accel x length of a segment from `from` to `to`, mm behind its beginning, mm2/s2. */
+double chip_segment_braking(const struct chip_segment *segment, double from, double to);
+
+/* mm/s2 the planner brakes with on a segment in the parabolic blend at its beginning (0) or end (1). */
+static inline double chip_segment_blend_accel(const struct chip_segment *segment, int end)
+{
+    return segment->overlap[end] > 0.0 ? 0.5 * segment->accel : segment->accel;
+}
 
 /* Sum of accel x length from the tool to `s`, mm2/s2: half of what braking takes off
  * the square of the velocity. 0 if a segment's acceleration is unknown. */

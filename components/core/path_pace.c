@@ -50,16 +50,17 @@ struct chip_pace chip_path_pace(const struct chip_path *path, const struct chip_
     }
     for (n = 0; n < path->count; n++) {
         const struct chip_segment *segment = &path->segment[chip_path_slot(path, n)];
-        double begin = chip_clamp(from, 0.0, segment->length), accel = chip_max(0.0, segment->accel), low;
+        double begin = chip_clamp(from, 0.0, segment->length), low;
         low = segment->rapid || segment->vertical > CHIP_PACE_UPRIGHT || !(segment->feed > 0.0)
                 ? -1.0
                 : first_below(segment, begin, in->clear_z);
         if (low >= 0.0) {
             double vel = segment->vertical < -CHIP_PATH_DESCENT ? segment->feed : in->ceiling * segment->feed;
-            take_lower(in, vel, sum + accel * (low - begin), travelled + low - begin, &best, &least);
+            take_lower(in, vel, sum + chip_segment_braking(segment, begin, low), travelled + low - begin, &best,
+                       &least);
         }
         travelled += segment->length - begin;
-        sum += accel * (segment->length - begin);
+        sum += chip_segment_braking(segment, begin, segment->length);
         last = segment->rapid ? 0.0 : segment->feed;
         if (segment->join == CHIP_JOIN_STOP) return best;
         from = 0.0;

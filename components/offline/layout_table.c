@@ -348,6 +348,8 @@ const struct chip_layout_entry chip_layout_table[] = {
     { "chip_segment.length size", sizeof(((struct chip_segment *)0)->length) },
     { "chip_segment.accel", offsetof(struct chip_segment, accel) },
     { "chip_segment.accel size", sizeof(((struct chip_segment *)0)->accel) },
+    { "chip_segment.overlap", offsetof(struct chip_segment, overlap) },
+    { "chip_segment.overlap size", sizeof(((struct chip_segment *)0)->overlap) },
     { "chip_segment.feed", offsetof(struct chip_segment, feed) },
     { "chip_segment.feed size", sizeof(((struct chip_segment *)0)->feed) },
     { "chip_segment.rapid", offsetof(struct chip_segment, rapid) },

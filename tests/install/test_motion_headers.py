@@ -96,3 +96,16 @@ def test_the_compiler_reads_them(headers, source, tmp_path):
 def test_make_stops_with_the_reason(tmp_path):
     done = subprocess.run([ROOT / "tools/motion_headers", str(tmp_path)], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     assert done.returncode == 1 and done.stdout == "" and done.stderr.startswith(f"chipwise: LINUXCNC_SOURCE={tmp_path} has no VERSION")
+
+
+def test_how_the_planner_brakes(headers, source, tmp_path):
+    """A planner that halves its acceleration only while two segments overlap says so in tc.h."""
+    header = source / "src/emc/tp/tc.h"
+    for text, option in [("double tcGetTangentialMaxAccel(TC_STRUCT const * const tc);\n", False),
+                         ("double tcGetCycleMaxAccel(TC_STRUCT const * const tc, int in_overlap);\n", True)]:
+        header.write_text(text)
+        assert ("-DCHIP_HALF_IN_OVERLAP=1" in headers.options(str(source), tmp_path, lambda: "2.10.0")) is option
+        for name in headers.NEEDED:
+            (tmp_path / os.path.basename(name)).write_text("")
+        (tmp_path / "tc.h").write_text(text)
+        assert ("-DCHIP_HALF_IN_OVERLAP=1" in headers.options("", tmp_path, lambda: "2.10.0")) is option

@@ -688,6 +688,7 @@ class Segment(C.Structure):
         ("curvature", C.c_double),
         ("length", C.c_double),
         ("accel", C.c_double),
+        ("overlap", C.c_double * 2),
         ("feed", C.c_double),
         ("rapid", C.c_int),
         ("join", C.c_int),
