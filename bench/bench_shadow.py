@@ -15,23 +15,35 @@ import json
 import tempfile
 from pathlib import Path
 
+import numpy as np
+
 import roots                    # noqa: F401  puts tests/ and remap/ on the path
 from rows import row
 
-from support import cam_programs
+from support import ROOT, cam_programs, shipped
 from support.shadow_runs import MACHINES, canonical, run, strange
 
 SHORT = ("fusion_personal_profile", "mastercam_profile", "estlcam_engrave")
 OFF, ON = 1, 1             # runs
+SHIPPED = "shipped"
+
+
+def run_of(folder, texts, machine, shadow):
+    """shadow_runs.run(); the machine `shipped` is the installed mill of an ordinary user, with the package's setuid rtapi_app, in real time."""
+    if machine != SHIPPED:
+        return run(folder, texts, machine, shadow)
+    found = shipped.scene("scenes.shadow", shipped.stage(folder.with_name("installed")), folder, texts=texts, word="yes" if shadow else "no",
+                          sampler=(ROOT / "hal" / "headless.hal").read_text())
+    return {name: (errors, np.load(folder / f"{name}.npy") if whole else None, said, pins) for name, (errors, whole, said, pins) in found.items()}
 
 
 def measure(folder, texts, machine):
     """Rows of the table: {"program", "stock" (what was said), "calls", "same_calls", "rows" of each run, "strange", "control", "lost", "errors",
     "volume", "certain"}."""
-    off = [run(folder / f"off-{n}", texts, machine, False) for n in range(OFF)]
-    on = [run(folder / f"on-{n}", texts, machine, True) for n in range(ON)]
+    off = [run_of(folder / f"off-{n}", texts, machine, False) for n in range(OFF)]
+    on = [run_of(folder / f"on-{n}", texts, machine, True) for n in range(ON)]
     for name, text in texts.items():
-        calls = [canonical(folder, text, machine, word) for word in ("no", "yes")]
+        calls = [canonical(folder, text, "metric" if machine == SHIPPED else machine, word) for word in ("no", "yes")]
         without, with_it = ([one[name][1] for one in some if one[name][1] is not None] for some in (off, on))
         yield {"program": name, "stock": "".join(on[0][name][2][-1:]).partition(": ")[2].partition(": ")[2], "calls": calls[0].count("\n"), "same_calls": calls[0] == calls[1],
                "rows": [len(one) for one in without + with_it], "strange": [min(strange(one, other) for other in without) for one in with_it] if without else [],
@@ -42,7 +54,7 @@ def measure(folder, texts, machine):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", nargs="*", default=[], help="programs")
-    parser.add_argument("--machine", choices=MACHINES, default="metric")
+    parser.add_argument("--machine", choices=[*MACHINES, SHIPPED], default="metric")
     parser.add_argument("--seed", default="1")
     parser.add_argument("--table", action="store_true")
     parser.add_argument("--keep", help="folder for programs and logs")

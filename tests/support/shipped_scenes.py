@@ -9,7 +9,11 @@ import os
 import shutil
 import time
 import urllib.request
+from pathlib import Path
 
+import numpy as np
+
+from support import shadow_runs
 from support.shipped_machine import LOGS
 from support.shipped_person import KEY, Person, Trouble, memory, scripted, text_of, wait
 from support.shipped_screen import Keys, picture, start_x
@@ -33,6 +37,24 @@ def stock():
     again = op.steps(ini, [['map_sum'], ['home'], ['errors']])
     return {'errors': first[-1], 'sums': [first[k] for k in (7, 13, 15)], 'files': files, 'uid': os.stat(op.home).st_uid, 'left': quit_left,
             'again': again[0], 'again_errors': again[2]}
+
+
+def shadow(texts, word, sampler):
+    """Programs with SHADOW = `word`: {name: [operator errors, whether no servo period is lost, what was said of the stock, pins]}; rows in which something moves in NAME.npy.
+    sampler: text of hal/headless.hal, which is not installed."""
+    op = Person()
+    op.write(op.own_configs() + '/headless.hal', sampler)
+    hal = next(line for line in text_of(op.own_configs() + '/mill.ini').splitlines() if line.startswith('HALFILE') and line.endswith('chipwise.hal'))
+    ini = op.edit('mill.ini', scripted('DISPLAY = axis'), (hal, f'{hal}\nHALFILE = headless.hal'),
+                  ('KEEP_STOCK = no', f'KEEP_STOCK = no\nSHADOW = {word}'), name='scripted.ini')
+    paths = [Path(op.write(f'{op.home}/{name}.ngc', text)) for name, text in texts.items()]
+    answers, found = op.steps(ini, [['home'], *shadow_runs.steps_of(paths, word == 'yes')])[1:], {}
+    for at, path in enumerate(paths):
+        said, (errors, log), pins = answers[9 * at + 6:9 * at + 9]
+        rows = shadow_runs.moves(log)
+        found[path.stem] = errors, rows is not None, said or [], pins
+        np.save(f'{LOGS}/{path.stem}.npy', np.zeros((0, 5)) if rows is None else rows)
+    return found
 
 
 def killed(victims):

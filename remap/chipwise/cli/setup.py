@@ -150,7 +150,7 @@ def tool_lines(tool, unit):
     what = [format_length(tool.diameter, unit), *([tool.name] if tool.name else []), *([f'{tool.flutes} flutes'] if tool.flutes and 'flute' not in tool.name else [])]
     air = 100 * tool.air_s / tool.time_s if tool.time_s > 0 else 0
     yield printable(f'  tool {tool.number}, {", ".join(what)}: {format_minutes(tool.time_s)} at F, {air:.0f} % of it in air; cuts '
-                    f'{tool.rate / MM3_PER_CM3:.3g} cm3/min at most over 1 s, {tool.mean / MM3_PER_CM3:.3g} in the mean')
+                    f'{tool.rate / MM3_PER_CM3:.3g} cm3/min at most over 1 s sideways, {tool.mean / MM3_PER_CM3:.3g} in the mean')
     if tool.longer:
         yield f'    it keeps F: with that rate held it would take {format_minutes(tool.longer)}, because it removes more in places or on the way down'
     elif tool.target is None:
