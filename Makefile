@@ -221,7 +221,7 @@ $(BUILD)/tests/%: tests/core/%.c $(OBJECTS) components/linuxcnc_planner.c $(HEAD
 	@mkdir -p $(@D)
 	$(CC) $(filter-out -Wframe-larger-than=%,$(RTFLAGS)) $(CFLAGS) -DULAPI -Icomponents @$(MOTION) -I/usr/include/linuxcnc -o $@ $< $(OBJECTS) -lm
 
-build/bench/%: bench/%.c $(OBJECTS) $(HEADERS)
+build/bench/%: bench/%.c $(OBJECTS) $(HEADERS) $(wildcard tests/core/*.h)
 	@mkdir -p $(@D)
 	$(CC) $(RTFLAGS) $(CFLAGS) -Icomponents -o $@ $< $(OBJECTS) -lm
 

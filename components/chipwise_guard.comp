@@ -2,7 +2,8 @@
 component chipwise_guard "Stop the machine before a traverse meets stock, and say why";
 description """
 Holds the machine when stock_tracker(9) reports a traverse that is about to meet stock or a feed move
-on which the shank cuts, and when volumetric_feed(9) reports that the override is ignored. The hold stays until the
+on which the shank cuts, and when volumetric_feed(9) reports that the override is ignored or, if it is asked to, that the
+load of the spindle does not belong to the cut. The hold stays until the
 motion is over: the operator aborts the program (Stop, Esc) and may then jog or run again. A rising edge of
 .B release
 lets the machine continue past this stop once: a traverse until it has left the stock, or until the traverse or the
@@ -22,6 +23,7 @@ Add the function to the servo thread after that of stock_tracker.
 pin in bool rapid_contact "stock-tracker.N.rapid-contact";
 pin in bool flute_excess "stock-tracker.N.flute-excess";
 pin in bool override_ignored "volumetric-feed.N.override-ignored";
+pin in bool load_stop "volumetric-feed.N.load-stop";
 pin in real rapid_distance "stock-tracker.N.rapid-distance, machine units";
 pin in real depth "stock-tracker.N.depth, machine units";
 pin in si32 motion_type "motion.motion-type; 0 ends the hold";
@@ -35,7 +37,7 @@ pin in bool hold_in "request of another HAL file to hold the feed; passed on to 
 pin out bool stop "TRUE while a guard stops the machine";
 pin out bool inhibit "to motion.feed-inhibit: stop or inhibit-in";
 pin out bool hold "to motion.feed-hold: stop or hold-in";
-pin out si32 reason "reason of the stop: 0 none, 1 rapid contact, 2 flute excess, 3 override ignored";
+pin out si32 reason "reason of the stop: 0 none, 1 rapid contact, 2 flute excess, 3 override ignored, 4 spindle load";
 pin out si32 line "program line of the stop";
 pin out real distance "distance from the traverse to the stock at the stop, machine units";
 pin out real deepest "depth of cut at the stop, machine units; for a flute excess, the largest until the machine was at rest";
@@ -73,7 +75,8 @@ FUNCTION(_) {
     int moving = motion_type != CHIP_MOTION_NONE && coord_mode;
     int found = rapid_contact && guard_rapid ? CHIP_REASON_RAPID_CONTACT
         : flute_excess && guard_flute ? CHIP_REASON_FLUTE_EXCESS
-        : override_ignored && guard_override ? CHIP_REASON_OVERRIDE_IGNORED : CHIP_REASON_NONE;
+        : override_ignored && guard_override ? CHIP_REASON_OVERRIDE_IGNORED
+        : load_stop ? CHIP_REASON_LOAD : CHIP_REASON_NONE;
     int released = release && !was_released;
 
     was_released = release;

@@ -82,6 +82,11 @@ pin in real tooth_step_load_#[8] "stock-tracker.N.tooth-step-load-M, 1/mm";
 pin in real tooth_step_accel_#[8] "stock-tracker.N.tooth-step-accel-M, machine units/s2; 0: half the acceleration";
 pin in si32 tooth_step_limit_#[8] "stock-tracker.N.tooth-step-limit-M";
 
+pin in real spindle_load "load of the spindle as its inverter measures it; times spindle-load-scale it is W. Unconnected, or never above 0: not measured";
+pin in real load_factor "measured / predicted power of the tool in the material, as it was taught (chipwise-monitor.load-factor); 0: not known";
+pin in si32 tool_followed "chipwise-monitor.tool-followed: another tool, another cut";
+pin in bool feed_decided "chipwise-command.N.feed-decided: ends load-alarm";
+
 pin out real adaptive_feed = 1.0 "to motion.adaptive-feed, 0..1";
 pin out real override = 1.0 "to motion.adaptive-feed: adaptive-feed, or F over requested-vel in a probing move (motion type 5) and while a ceiling is left over in mode 0";
 pin out si32 limited_by "0 nothing, 1 stock here, 2 stock ahead, 3 floor, 4 ceiling or another limit of the velocity, 5 fallback to the programmed feed, 6 chip, 7 power, 8 torque";
@@ -99,8 +104,17 @@ pin out real peak_rate "largest removal rate since the program began, mean over 
 pin out real chip_weight "to stock-tracker.N.chip-weight";
 pin out real power_weight "to stock-tracker.N.power-weight";
 pin out real chip "largest chip that is cut now, mm; 0: unknown, or max-chip is 0";
-pin out real power "power at the edges now, mean of a revolution, W; 0: unknown, or neither max-power nor max-torque is given";
+pin out real power "power at the edges now, mean of a revolution, W; 0: unknown, or there is no max-power, no max-torque and no spindle-load";
 pin out real torque "torque at the edges now, mean of a revolution, Nm; 0: as power";
+
+pin out real load_ratio "power of the cut as measured over the one predicted; 0: unknown";
+pin out real load_idle "what the spindle takes at this speed without a cut, W; 0: unknown";
+pin out bool load_trusted "tool, stock, idle power and load-factor are known, and the cut stands out of the noise";
+pin out si32 load_alarm "0 none, 1 the load has fallen in stock: the tool is broken, 2 no load in stock, 3 load in air, 4 too high, 5 too low for the tool, 6 the sensor cannot be used; 1 to 5 stay until the motion is over";
+pin out bool load_stop "an alarm 1 to 5 with load-action 1; to chipwise-guard.N.load-stop";
+pin out real load_cut_factor "measured / predicted of the last cut";
+pin out si32 load_cuts "counts the cuts that gave a factor";
+pin out real load_lag "delay of the sensor, s; 0: unknown";
 
 param rw real units_per_mm = 1.0 "machine units per mm: 1 or 1/25.4";
 param rw real min_vel = 0.0 "machine units/s: the stock never slows the tool below this, nor below F if F is less";
@@ -113,12 +127,16 @@ param rw real max_chip_thickness = 0.0 "largest mean chip thickness, mm; needs d
 param rw real recover_accel = 0.0 "acceleration at which the velocity may rise, machine units/s2; 0: at once";
 param rw real deadband = 0.0 "share by which the allowed velocity must exceed the present one before it rises, 0..1";
 param rw real max_jerk = 0.0 "jerk limit of the planner ([TRAJ]PLANNER_TYPE = 1), machine units/s3; 0: not limited";
+param rw real spindle_load_scale = 1.0 "W that 1 of spindle-load is; 0: not measured";
+param rw si32 load_action = 0 "what an alarm 1 to 5 does: 0 nothing (chipwise-monitor says it), 1 hold, 2 slow down";
+param rw real load_feed = 0.5 "share of the feed with load-action 2";
 param rw real max_override = 1.0 "largest feed override of the operator ([DISPLAY]MAX_FEED_OVERRIDE), for override-ignored";
 
 variable chip_feed_easing_t easing;
 variable chip_feed_hold_t hold;
 variable chip_run_sums_t sums;
 variable chip_watchdog_t watchdog_state;
+variable chip_spindle_load_t spindle;
 variable double last_vel;
 
 function _;
@@ -193,6 +211,7 @@ static void read_limits(struct __comp_state *__comp_inst, struct chip_feed_in *i
     in->force_exponent_mc = force_exponent;
     in->chip_share_now = chip_share;
     in->power_root_now = power_root;
+    in->is_load_measured = spindle.is_seen;
 }
 
 /* What the tracker is given for them, and what is cut now -> pins. */
@@ -204,6 +223,39 @@ static void show_limits(struct __comp_state *__comp_inst, const struct chip_feed
     chip_set(out.chip_mm);
     power_set(out.power_w);
     torque_set(out.torque_nm);
+}
+
+/* The load that is measured against the power: pins -> core -> pins. Nothing without a sensor. */
+static void judge_load(struct __comp_state *__comp_inst, const struct chip_feed_in *law)
+{
+    struct chip_load_in in;
+    in.spindle_load_w = spindle_load * chip_setting(spindle_load_scale);
+    in.power_w = power;
+    in.spindle_speed_rps = law->spindle_speed_rps;
+    in.load_factor_share = load_factor;
+    in.section_area_mm2 = law->section_area_mm2;
+    in.period_s = law->period_s;
+    in.specific_force_n_mm2 = law->specific_force_n_mm2;
+    in.is_known = law->is_trusted && chip_edges_per_s(law) > 0.0 && chip_setting(law->specific_force_n_mm2) > 0.0;
+    in.feeds = (law->motion == CHIP_MOTION_FEED || law->motion == CHIP_MOTION_ARC) && law->current_vel_mm_s > 0.0;
+    in.moves = law->motion != CHIP_MOTION_NONE;
+    in.tool_number = tool_followed;
+    in.is_decided = feed_decided;
+    load_alarm_set(chip_spindle_load_step(&spindle, &in));
+    load_stop_set(load_action == CHIP_LOAD_HOLD && spindle.alarm != CHIP_LOAD_SOUND);
+    load_ratio_set(spindle.cut_ratio);
+    load_idle_set(spindle.idle_s > 0.0 ? spindle.idle_w : 0.0);
+    load_trusted_set(spindle.is_trusted);
+    load_cut_factor_set(spindle.cut_factor);
+    load_cuts_set(spindle.cuts);
+    load_lag_set(spindle.lag_s);
+}
+
+/* An alarm of the last period may slow the feed down, never up. */
+static double slowed(struct __comp_state *__comp_inst, double scale)
+{
+    if (load_action != CHIP_LOAD_SLOW || spindle.alarm == CHIP_LOAD_SOUND || !(load_feed < 1.0)) return scale;
+    return scale * chip_clamp(load_feed, 0.05, 1.0);
 }
 
 /* Whether the machine ignores the override `given` for `in`. */
@@ -254,10 +306,12 @@ FUNCTION(_) {
     out = chip_feed_ease(&easing, &in, out, recover_accel / units_per_mm, deadband);
     out = chip_feed_hold_step(&hold, &in, load_lost, out);
 
+    out.scale = slowed(__comp_inst, out.scale);
     adaptive_feed_set(out.scale);
     override_set(chip_feed_override(&in, out.scale));
     limited_by_set(out.limit);
     show_limits(__comp_inst, &in);
+    judge_load(__comp_inst, &in);
     mrr_effective_set(in.feed_mode ? 60.0 * chip_feed_target(&in) : 0.0);
     override_ignored_set(watch(__comp_inst, &in, override));
     count_period(__comp_inst, &in);

@@ -114,7 +114,8 @@ struct chip_feed_in {
     double chip_share_now, power_root_now;          /* at the tool: chip over feed per tooth; A_mc^(1 / (1 - mc)) */
     double max_chip_mm, max_power_w, max_torque_nm; /* the limits; 0: none */
     double specific_force_n_mm2, force_exponent_mc; /* kc11 and mc of the material; 0 and any: unknown */
-    double min_chip_mm;                             /* a smaller chip is rubbed, not cut (run_sums.h); 0: unknown */
+    int is_load_measured; /* the power is to be predicted without a limit of it, too (spindle_load.h) */
+    double min_chip_mm;   /* a smaller chip is rubbed, not cut (run_sums.h); 0: unknown */
 };
 
 struct chip_feed_out {

@@ -7,6 +7,7 @@
 #define CHIP_SLOWEST_SPINDLE 1e-3 /* 1/s, a slower one stands */
 #define CHIP_MOST_FLUTES 1000.0
 #define CHIP_MM_PER_M 1000.0
+#define CHIP_NO_WEIGHT 1e-12 /* limits no feed, and has the tracker read A_mc [6] */
 
 /* Revolutions a second, 0: it stands. */
 static double revolutions(const struct chip_feed_in *in)
@@ -68,7 +69,7 @@ struct chip_tooth_out chip_tooth_law(const struct chip_feed_in *in)
 {
     struct chip_tooth_out out = { 0.0, 0.0, 0.0, 0.0, 0.0 };
     double factor, torque, edges, per_tooth = 0.0;
-    if (!chip_tooth_asked(in)) return out;
+    if (!chip_tooth_asked(in) && !in->is_load_measured) return out;
     factor = torque_factor(in);
     torque = largest_torque(in);
     edges = chip_edges_per_s(in);
@@ -76,6 +77,8 @@ struct chip_tooth_out chip_tooth_law(const struct chip_feed_in *in)
         out.chip_weight_per_mm = 1.0 / in->max_chip_mm;
     if (factor > 0.0 && torque > 0.0)
         out.power_weight_per_mm = pow(factor / torque, 1.0 / (1.0 - in->force_exponent_mc));
+    else if (factor > 0.0 && in->is_load_measured)
+        out.power_weight_per_mm = CHIP_NO_WEIGHT;
     if (edges > 0.0) per_tooth = chip_setting(in->current_vel_mm_s) / edges;
     out.chip_mm = per_tooth * chip_setting(in->chip_share_now);
     if (factor > 0.0 && chip_setting(in->power_root_now) > 0.0 && per_tooth > 0.0)

@@ -11,6 +11,7 @@
  *  3. T is the smaller of the largest torque and of P / 2 pi n. It does not depend on the velocity.
  *  4. What is not known limits nothing: a spindle that stands or a number of edges of 0, a material without a specific force.
  *  5. A limit of the tooth is one of the machine, not of the program: the operator's override does not raise it.
+ *  6. The power is predicted with a limit of power or torque, and where the load of the spindle is measured (spindle_load.h).
  */
 #ifndef CHIPWISE_TOOTH_LAW_H
 #define CHIPWISE_TOOTH_LAW_H

@@ -236,6 +236,19 @@ def test_limits_alone_that_are_not_read_yet():
     assert core.feed(values, 1.0).limit == FALLBACK
 
 
+def test_a_measured_load_has_the_power_predicted_and_limits_nothing():
+    """Without a limit the power is 0 until the spindle's load is measured (spindle_load.h); the feed is the same, and so it is with a limit."""
+    known = dict(speed=30.0, chip_share_now=1.0, power_root_now=40.0)
+    for limits in (Limits(), Limits(chip=0.03), Limits(power=500.0)):
+        plain, measured = (limited(limits, [(2.0, 1e-12 * 40.0, 1)], is_load_measured=seen, **known) for seen in (0, 1))
+        law = core.tooth_law(measured)
+        assert law.power_w > 10.0 and law.power_weight_per_mm > 0.0
+        assert core.feed(measured, 1.0).scale == core.feed(plain, 1.0).scale
+        assert (law.power_weight_per_mm < 1e-9) == (limits.power == 0.0)
+    plain = core.tooth_law(limited(Limits(), [], **known))
+    assert plain.power_w == plain.power_weight_per_mm == 0.0
+
+
 @pytest.mark.parametrize("rate", [math.nan, math.inf, -1.0])
 def test_a_rate_that_is_no_number_is_not_none(rate):
     assert core.feed(limited(Limits(chip=0.03), [(0.0, 100.0, 0)], **ALONE | {"mrr_target_mm3_s": rate}), 1.0).limit == FALLBACK

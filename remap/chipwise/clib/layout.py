@@ -5,6 +5,15 @@ change them there, and run `make build`.
 import ctypes as C
 from enum import IntEnum
 
+ALARM_AIR_S = 0.5
+ALARM_HALF = 0.55
+ALARM_HIGH = 1.7
+ALARM_LOW = 0.6
+ALARM_MISSING_S = 1.0
+ALARM_NONE = 0.3
+ALARM_RATIO_S = 3.0
+ALARM_SHORT = 0.7
+ALARM_SUM_S = 0.025
 ARC_POINTS = 196
 BOX_REGISTERS = 6
 CELLS_PER_PERIOD = 12000
@@ -27,6 +36,11 @@ HEIGHT_LAG = 0.05
 HEIGHT_RIDGE = 0.002
 HEIGHT_SKIN = 0.004
 HEIGHT_STILL = 1e-06
+LOAD_FROZEN_S = 2.0
+LOAD_LAGS = 8
+LOAD_REGAIN_S = 1.0
+LOAD_SPEEDS = 8
+LOAD_SPIKE = 3.0
 LOAD_STEPS = 8
 LOAD_WATCH_SIZES = 4
 LOOKAHEAD_SAMPLES = 192
@@ -108,6 +122,8 @@ SUMS_WAIT_S = 0.5
 SUMS_WIDTH = 0.01
 SUMS_WINDOW_S = 0.01
 SWEEP_QUEUE = 16
+TEACH_LEAST_S = 2.0
+TEACH_LONGEST_S = 20.0
 TOOL_GRACE_S = 0.05
 TOOL_RINGS = 12
 TRACER_CHORD = 8
@@ -168,6 +184,7 @@ class GuardReason(IntEnum):
     RAPID_CONTACT = 1
     FLUTE_EXCESS = 2
     OVERRIDE_IGNORED = 3
+    LOAD = 4
 
 
 class FeedMode(IntEnum):
@@ -407,6 +424,26 @@ class AxisOffsetFault(IntEnum):
     TOO_FAR = 6
 
 
+class LoadAlarm(IntEnum):
+    """enum chip_load_alarm"""
+
+    SOUND = 0
+    BROKEN = 1
+    MISSING = 2
+    IN_AIR = 3
+    HIGH = 4
+    LOW = 5
+    UNUSABLE = 6
+
+
+class LoadAction(IntEnum):
+    """enum chip_load_action"""
+
+    SAY = 0
+    HOLD = 1
+    SLOW = 2
+
+
 class FeedIn(C.Structure):
     """struct chip_feed_in"""
 
@@ -461,6 +498,7 @@ class FeedIn(C.Structure):
         ("max_torque_nm", C.c_double),
         ("specific_force_n_mm2", C.c_double),
         ("force_exponent_mc", C.c_double),
+        ("is_load_measured", C.c_int),
         ("min_chip_mm", C.c_double),
     ]
 
@@ -1612,6 +1650,100 @@ class SpindleShown(C.Structure):
     ]
 
 
+class LoadIn(C.Structure):
+    """struct chip_load_in"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("spindle_load_w", C.c_double),
+        ("power_w", C.c_double),
+        ("spindle_speed_rps", C.c_double),
+        ("load_factor_share", C.c_double),
+        ("section_area_mm2", C.c_double),
+        ("period_s", C.c_double),
+        ("specific_force_n_mm2", C.c_double),
+        ("is_known", C.c_int),
+        ("feeds", C.c_int),
+        ("moves", C.c_int),
+        ("tool_number", C.c_int),
+        ("is_decided", C.c_int),
+    ]
+
+
+class LoadIdle(C.Structure):
+    """struct chip_load_idle"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("speed_rps", C.c_double),
+        ("idle_w", C.c_double),
+    ]
+
+
+class SpindleLoad(C.Structure):
+    """struct chip_spindle_load"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("is_seen", C.c_int),
+        ("last_w", C.c_double),
+        ("same_s", C.c_double),
+        ("bad_left_s", C.c_double),
+        ("is_frozen", C.c_int),
+        ("now_w", C.c_double),
+        ("fast_w", C.c_double),
+        ("faster_w", C.c_double),
+        ("medium_w", C.c_double),
+        ("slow_w", C.c_double),
+        ("block_w", C.c_double),
+        ("block_s", C.c_double),
+        ("blocks_w", C.c_double * 2),
+        ("noise_w2", C.c_double),
+        ("blocks", C.c_int),
+        ("speed_rps", C.c_double),
+        ("steady_s", C.c_double),
+        ("has_fed", C.c_int),
+        ("air_s", C.c_double),
+        ("still_s", C.c_double),
+        ("wrong_s", C.c_double),
+        ("idle_w", C.c_double),
+        ("idle_s", C.c_double),
+        ("is_sure", C.c_int),
+        ("idle", LoadIdle * 8),
+        ("next_idle", C.c_int),
+        ("late_w", C.c_double * 8),
+        ("lag_s", C.c_double),
+        ("lag", C.c_int),
+        ("sum_mp", C.c_double * 8),
+        ("sum_pp", C.c_double * 8),
+        ("sum_mm", C.c_double),
+        ("sum_s", C.c_double),
+        ("cut_s", C.c_double),
+        ("out_s", C.c_double),
+        ("cut_factor", C.c_double),
+        ("cuts", C.c_int),
+        ("factor", C.c_double),
+        ("trim", C.c_double),
+        ("expected_w", C.c_double),
+        ("short_s", C.c_double),
+        ("there_s", C.c_double),
+        ("missing_s", C.c_double),
+        ("in_air_s", C.c_double),
+        ("ratio", C.c_double),
+        ("ratio_s", C.c_double),
+        ("off_s", C.c_double),
+        ("usual_w", C.c_double),
+        ("unusable_s", C.c_double),
+        ("cut_ratio", C.c_double),
+        ("was_there", C.c_int),
+        ("is_trusted", C.c_int),
+        ("is_unusable", C.c_int),
+        ("alarm", C.c_int),
+        ("tool_number", C.c_int),
+        ("specific_force_n_mm2", C.c_double),
+    ]
+
+
 class HeightMap(C.Structure):
     """struct chip_height_map"""
 
@@ -1907,6 +2039,9 @@ STRUCTURES = {
     "chip_spindle_settings": SpindleSettings,
     "chip_spindle_sim": SpindleSim,
     "chip_spindle_shown": SpindleShown,
+    "chip_load_in": LoadIn,
+    "chip_load_idle": LoadIdle,
+    "chip_spindle_load": SpindleLoad,
     "chip_height_map": HeightMap,
     "chip_height_tool": HeightTool,
     "chip_height_met": HeightMet,

@@ -34,6 +34,7 @@ SABOTAGE = {
     "depth of the first touch": lambda t: t.put("deepest", "deeper", 4.5),
     "distance NaN": lambda t: t.put("distance", "contact", np.nan),
     "a third of the way each time": lambda t: t.put("stop", "the same stock again", 1, 2),
+    "load not guarded": lambda t: t.put("stop", "no load", 0),
     "never stops again": lambda t: t.put("stop", "the next stock", 0),
     "stops again after the release": lambda t: t.put("stop", "release kept down", 1, 2),
 }

@@ -3,7 +3,7 @@
 from support.halrig import Stimulus
 
 NAMES = ("rapid-contact", "flute-excess", "override-ignored", "rapid-distance", "depth", "motion-type", "coord-mode",
-         "program-line", "release", "inhibit-in", "hold-in")
+         "program-line", "release", "inhibit-in", "hold-in", "load-stop")
 PHASES = {      # phase: (inputs, stop, reason)
     "idle": (dict(), 0, 0),
     "moving": ({"motion-type": 1, "coord-mode": 1, "program-line": 7}, 0, 0),
@@ -45,6 +45,11 @@ PHASES = {      # phase: (inputs, stop, reason)
     "a feed between": ({"release": 0, "motion-type": 2, "rapid-contact": 0}, 0, 0),
     "another traverse": ({"motion-type": 1}, 0, 0),
     "its stock": ({"rapid-contact": 1, "rapid-distance": 3.0}, 1, 1),
+    "at rest": ({"motion-type": 0, "rapid-contact": 0}, 0, 0),
+    "in stock": ({"motion-type": 2, "program-line": 30}, 0, 0),
+    "no load": ({"load-stop": 1}, 1, 4),
+    "load again": ({"load-stop": 0}, 1, 4),
+    "at rest again": ({"motion-type": 0}, 0, 0),
 }
 ROWS = 5
 
