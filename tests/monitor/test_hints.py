@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What chipwise-monitor says of the realtime side of a machine (monitor/hints.py)."""
+import sys
+from types import SimpleNamespace
+
 import pytest
 
 from chipwise.monitor import hints
@@ -77,3 +80,18 @@ def test_a_few_interrupted_runs(monkeypatch):
 def test_no_such_pins():
     """A LinuxCNC that does not measure: nothing is said, nothing fails."""
     assert hints.make_pace() is None
+
+
+@pytest.mark.parametrize("answer", [True, False])
+@pytest.mark.parametrize("version", ["2.9", "2.10"])
+def test_a_realtime_kernel(monkeypatch, version, answer):
+    """2.10 has a module for it, and hal.is_rt is a warning there."""
+    class Hal:
+        @property
+        def is_rt(self):
+            assert version == "2.9"
+            return answer
+
+    monkeypatch.setitem(sys.modules, "hal", Hal())
+    monkeypatch.setitem(sys.modules, "lcnc_realtime", SimpleNamespace(verify=lambda: answer) if version == "2.10" else None)
+    assert hints.is_realtime() is answer

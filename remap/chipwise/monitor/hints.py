@@ -50,11 +50,21 @@ class Pace:
         return statistics.median(slow) if len(slow) >= SLOW_LOOKS else 0.0
 
 
+def is_realtime():
+    """Whether LinuxCNC runs on a realtime kernel; 2.10 has it in a module of its own, and warns of hal.is_rt."""
+    try:
+        import lcnc_realtime
+    except ImportError:
+        import hal
+        return bool(hal.is_rt)
+    return bool(lcnc_realtime.verify())
+
+
 def make_pace():
     """The Pace of this machine; None without these pins."""
     import hal
     try:
-        pace = Pace(hal.get_value, bool(hal.is_rt))
+        pace = Pace(hal.get_value, is_realtime())
         pace.look()
         hal.get_value('stock-tracker.0.tmax')
     except RuntimeError:
