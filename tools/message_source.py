@@ -20,7 +20,7 @@ ROOT = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 # Calls that say something: {name: positions of fact and remedy}.  Exceptions by their class, the others by their name.
 SPEAKERS = {
     'CycleError': (0, 1), 'NoRoom': (0, 1), 'FolderError': (0, 1), 'EntryError': (2, 3), '_Wrong': (0, 1), 'Unreadable': (0, 1), 'Missing': (0, 1), 'lacks': (0, 1), 'Unusable': (0, 1), 'Lacking': (0, 1), 'Unfinished': (0, 1), 'note': (0,), 'not_opened': (0,),
-    'unchecked': (0,), 'unfinished': (0,), 'wrong': (0, 1), 'refuse': (0, 1), '_fail': (2, 3), 'fault': (2, 3),
+    'unchecked': (0,), 'unfinished': (0,), 'wrong': (0, 1), 'refuse': (0, 1), '_fail': (2, 3), 'fault': (1, 2),
     '_refuse': (1,), 'ContourError': (2,), 'StoreError': (1,), 'CommandError': (0,), 'UsageError': (0,),
     'ClusterError': (0,), '_Failed': (0,), 'SessionError': (0,), 'RunError': (0,), 'SharedStockError': (0,), 'CoreError': (0,), 'LibraryError': (0,), 'Rs274Error': (0,),
     'SystemExit': (0,), 'say': (0,), 'inform': (0,), 'tell': (0,), 'MESSAGE': (0,), 'error': (0,), 'print': (0,)}

@@ -4,7 +4,7 @@
 import math
 import re
 
-from chipwise.program.find_sub import fault, plain_text
+from chipwise.program.find_sub import plain_text
 
 LINE_LENGTH = 255       # linuxcnc.h: LINELEN; a longer line is an error in LinuxCNC, too
 MAX_LINES = 100_000     # lines of one sub, as many as it may make moves
@@ -31,11 +31,11 @@ def _without_values(plain):
 def check_text(found, lathe=False):
     """Refuse what no contour sub may hold, by its exact line; what hides behind an expression the runner finds."""
     if found.last - found.first > MAX_LINES:
-        raise fault(found, found.first, f"the sub has {found.last - found.first - 1} lines, more than {MAX_LINES}",
+        raise found.fault(found.first, f"the sub has {found.last - found.first - 1} lines, more than {MAX_LINES}",
                      "divide the contour, or use a loop")
     for number, text in found.body:
         if len(text) > LINE_LENGTH:
-            raise fault(found, number, f"the line has {len(text)} characters, more than LinuxCNC's {LINE_LENGTH}",
+            raise found.fault(number, f"the line has {len(text)} characters, more than LinuxCNC's {LINE_LENGTH}",
                          "divide the line")
     _refuse_arguments(found)
     for number, text in found.body:
@@ -55,7 +55,7 @@ def check_text(found, lathe=False):
             elif letter not in _LETTERS or (letter == "g" and value and _number(value) not in _CODES):
                 wrong, remedy = letter.upper() + value, "a contour sub holds G0 G1 G2 G3 in XY (G40 and F are ignored)"
             if wrong:
-                raise fault(found, number, f"{wrong} is not allowed in a contour sub", remedy)
+                raise found.fault(number, f"{wrong} is not allowed in a contour sub", remedy)
 
 
 _ARGUMENT = re.compile(r"#([1-9]|[12][0-9]|30)(?![0-9.])")
@@ -71,7 +71,7 @@ def _refuse_arguments(found):
         assigned = set(re.findall(r"#(\d+)=", plain))
         for argument in _ARGUMENT.findall(re.sub(r"#\d+=", "", plain)):
             if argument not in known | assigned:
-                raise fault(found, number, f"#{argument} is an argument of the sub, and a contour sub is called without any",
+                raise found.fault(number, f"#{argument} is an argument of the sub, and a contour sub is called without any",
                              f"set #{argument} in the sub, or use a named parameter: #<_name>")
         known |= assigned
 

@@ -7,7 +7,7 @@ part without a word.
 
 import re
 
-from chipwise.program.find_sub import fault, find_sub, o_word, plain_text
+from chipwise.program.find_sub import find_sub, o_word, plain_text
 
 ARGUMENTS = 30          # #1 .. #30 are a sub's own: contour_sub/check.py
 OWN = 5000              # LinuxCNC sets the parameters from this number on itself, such as the position
@@ -21,7 +21,7 @@ def check(job, most=10_000):
         plain = plain_text(text)
         for name in re.findall(r"#(\d+|\[)", re.sub(r"#\d+=", "", plain)):
             if name == "[" or ARGUMENTS < int(name) <= most and int(name) not in known:
-                raise fault(found, number, f"#{name} has its value only when the program runs", f"give it with --set {name if name != '[' else '100'}=30, or write numbers")
+                raise found.fault(number, f"#{name} has its value only when the program runs", f"give it with --set {name if name != '[' else '100'}=30, or write numbers")
         known |= set(map(int, re.findall(r"#(\d+)=", plain)))
 
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from chipwise.contour_sub.check import check_text
-from chipwise.program.find_sub import fault, find_sub, plain_text, quoted
+from chipwise.program.find_sub import find_sub, plain_text, quoted
 from chipwise.contour_sub.job import Job
 from chipwise.contour_sub.run import called_files, relevant, run
 from chipwise.errors import CycleError
@@ -91,7 +91,7 @@ def _first_move(found):
 
 
 def _unknown(found, job, line):
-    error = fault(found, line, "the shape begins where the tool is, and that place is not known", f"begin the sub with G0 X.. {'Z' if job.lathe else 'Y'}..")
+    error = found.fault(line, "the shape begins where the tool is, and that place is not known", f"begin the sub with G0 X.. {'Z' if job.lathe else 'Y'}..")
     return UnknownStart(error.problem, error.remedy)
 
 
@@ -107,9 +107,9 @@ def _shape(found, job, moves):
     for kind, line, *numbers in moves:
         there = tuple(numbers[:3])
         if not all(math.isfinite(v) for v in numbers):
-            raise fault(found, line, "a coordinate is not a finite number", "give every expression a value", before)
+            raise found.fault(line, "a coordinate is not a finite number", "give every expression a value", before)
         if abs(there[2] - here[2]) > HEIGHT_MM:
-            raise fault(found, line, "a move in Z is not allowed in a contour sub",
+            raise found.fault(line, "a move in Z is not allowed in a contour sub",
                          "a contour lies in XY; heights are the words Z and R of the cycle", before)
         if kind != "rapid":
             loops[-1].append(_element(found, kind, line, here[:2], numbers, before))
@@ -118,7 +118,7 @@ def _shape(found, job, moves):
         here, before = there, line
     kept = tuple(tuple(loop) for loop in loops if loop)
     if not kept:
-        raise fault(found, found.first, "the sub holds no G1, G2 or G3", "put the contour in it")
+        raise found.fault(found.first, "the sub holds no G1, G2 or G3", "put the contour in it")
     return Shape(int(job.sub), found.path, kept, job.close_gap)
 
 
@@ -129,7 +129,7 @@ def _element(found, kind, line, start, numbers, before):
         return LineElement(start, end, line)
     centre, turns = tuple(numbers[3:5]), int(numbers[5])
     if abs(turns) > 1:
-        raise fault(found, line, f"an arc of {abs(turns)} turns runs over itself", "leave P out", before)
+        raise found.fault(line, f"an arc of {abs(turns)} turns runs over itself", "leave P out", before)
     return ArcElement(start, end, centre, turns > 0, line)
 
 

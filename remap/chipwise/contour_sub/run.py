@@ -15,7 +15,7 @@ import time
 from dataclasses import replace
 
 from chipwise.contour_sub.check import check_text
-from chipwise.program.find_sub import Found, fault, plain_text, read_file, sub_folders
+from chipwise.program.find_sub import Found, plain_text, read_file, sub_folders
 from chipwise.contour_sub.job import Job
 from chipwise.program.program_code import PYTHON_REMEDY, RUNS_PYTHON
 from chipwise.program.sub_process import call_of, decimal, run_sub
@@ -70,7 +70,7 @@ def run(found: Found, job: Job) -> list:
     for line, text in [end for end in (result["stop"], result["error"]) if end]:
         missing = re.search(r"EOF in file.*seeking o-word: o?<?(\w+)", text)
         text = f"there is no sub O{missing.group(1)}" if missing else text.rstrip(".")
-        raise fault(found, line or found.first, text, PYTHON_REMEDY if text.endswith(RUNS_PYTHON) else "correct the line", last)
+        raise found.fault(line or found.first, text, PYTHON_REMEDY if text.endswith(RUNS_PYTHON) else "correct the line", last)
     return result["moves"]
 
 

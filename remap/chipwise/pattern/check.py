@@ -8,7 +8,7 @@ where the machine is, has no place in it.
 import math
 import re
 
-from chipwise.program.find_sub import fault, plain_text
+from chipwise.program.find_sub import plain_text
 from chipwise.errors import CycleError
 
 PATH_CODES = {61, 61.1, 64}
@@ -37,23 +37,23 @@ def check_text(found, per_rev=False):
         plain = plain_text(text).lstrip("/")
         where = _POSITION.search(plain)
         if where:
-            raise fault(found, number, f"{where.group().rstrip('[')} reads the machine, not the pattern", "put the value into a "
+            raise found.fault(number, f"{where.group().rstrip('[')} reads the machine, not the pattern", "put the value into a "
                         "parameter before G75")
         if _O_LINE.match(plain):
             continue
         for letter, value in _WORD.findall(re.sub(r"#<[^>]*>", "#<>", plain)):
             _check_code(found, number, letter, value, per_rev)
             if letter == "g" and value[0].isdigit() and float(value) in PATH_CODES and _SAYING.search(text):
-                raise fault(found, number, f"G{float(value):g} is on a line with a message", "put it on a line of its own")
+                raise found.fault(number, f"G{float(value):g} is on a line with a message", "put it on a line of its own")
 
 
 def _check_code(found, number, letter, value, per_rev):
     if value in ("#", "["):
-        raise fault(found, number, f"{letter.upper()}{value}.. is a code that only the machine knows", "write the code as a number")
+        raise found.fault(number, f"{letter.upper()}{value}.. is a code that only the machine knows", "write the code as a number")
     try:
         check_code(letter, float(value), per_rev)
     except CycleError as error:
-        raise fault(found, number, error.problem, error.remedy) from None
+        raise found.fault(number, error.problem, error.remedy) from None
 
 
 def check_code(letter, code, per_rev=False):
@@ -72,4 +72,4 @@ def check_code(letter, code, per_rev=False):
 def refuse_odd(found, line, numbers):
     """Refuse coordinates that are not finite."""
     if not all(math.isfinite(v) for v in numbers):
-        raise fault(found, line or found.first, "a coordinate is not a finite number", "give every expression a value")
+        raise found.fault(line or found.first, "a coordinate is not a finite number", "give every expression a value")

@@ -12,7 +12,7 @@ Departs from the call of a sub: what it assigns to parameters is gone afterwards
 import os
 import re
 
-from chipwise.program.find_sub import fault, find_sub, plain_text, read_file
+from chipwise.program.find_sub import find_sub, plain_text, read_file
 from chipwise.contour_sub.run import called_files
 from chipwise.errors import MM_PER_INCH, CycleError, braceless, unnamed
 from chipwise.ini import expanded, section_of
@@ -52,14 +52,14 @@ def _read(found, job, files):
         text = unnamed(text.strip().rstrip("."))
         other = _OTHER_AXIS.match(text)
         if other:
-            raise fault(found, line or _first_line(found), _other_axis(other[1].upper()), f"use {', '.join(job.axes[:-1])} and {job.axes[-1]}")
+            raise found.fault(line or _first_line(found), _other_axis(other[1].upper()), f"use {', '.join(job.axes[:-1])} and {job.axes[-1]}")
         missing = _NO_SUB.match(text)
         if missing:
-            raise fault(found, line or _first_line(found), f"the sub O{missing[1]} that it calls is missing", f"write it from O{missing[1]} sub to "
+            raise found.fault(line or _first_line(found), f"the sub O{missing[1]} that it calls is missing", f"write it from O{missing[1]} sub to "
                         f"O{missing[1]} endsub, and call it with O{missing[1]} call; M98 finds only files")
         if text.startswith("G75: sub O"):       # a pattern in this one: its own line says more
             raise CycleError(braceless(text.removeprefix("G75: ")))
-        raise fault(found, line or _first_line(found), text, remedy or ("" if ";" in text else "correct the line"))
+        raise found.fault(line or _first_line(found), text, remedy or ("" if ";" in text else "correct the line"))
     # a line of another file must not be shown as one of the program's
     own_lines = not files and bool(job.sub.programs) and found.path == os.path.abspath(job.sub.programs[0])
     rows = result["rows"]
@@ -67,7 +67,7 @@ def _read(found, job, files):
     steps = tuple(_step(found, row, own_lines, job, turning) for row in rows)
     recorded = Recorded(steps, tuple(result["messages"]), job.sub.position, job.abc, any(row[0] == "path" for row in rows))
     if not recorded.moves:
-        raise fault(found, found.first, "the sub moves nothing", "put the pattern in it")
+        raise found.fault(found.first, "the sub moves nothing", "put the pattern in it")
     return recorded
 
 
@@ -96,7 +96,7 @@ def _step(found, row, own_lines, job, turning):
     more = {"own": own, "source": row[1], "abc": tuple(round(angle, 9) for angle in numbers[3:6]) if turning else None}
     if kind == ARC:
         if job.sub.lathe and numbers[6] != "G18":
-            raise fault(found, row[1], f"an arc of {numbers[6]} leaves the plane of a lathe", "program G18")
+            raise found.fault(row[1], f"an arc of {numbers[6]} leaves the plane of a lathe", "program G18")
         return Step(ARC, line, tuple(numbers[:3]), feed, tuple(numbers[7:10]), AXIS_OF_PLANE[numbers[6]], int(numbers[10]), **more)
     if kind == THREAD:
         return Step(THREAD, line, tuple(numbers[:3]), pitch=feed, **more)

@@ -30,6 +30,11 @@ class Found:
         """[(line number, text)] between sub and endsub."""
         return [(n, self.lines[n - 1]) for n in range(self.first + 1, self.last)]
 
+    def fault(self, line, text, remedy, before=None):
+        """CycleError about a line of the sub; before: a line that was executed before it."""
+        where = f"sub O{sub_name(self)}, line {line}" + (f" (after line {before})" if before not in (None, line) else "")
+        return CycleError(f"{where} of {quoted(self.path)}: {braceless(text)}", braceless(remedy))
+
 
 _O_LINE = re.compile(r"^/?(?:n\d+(?:\.\d+)?)?o(\d+|<[^>]*>)(sub|endsub|while|do|repeat|call|\w+)?", re.IGNORECASE)
 
@@ -135,10 +140,3 @@ def quoted(path):
 def sub_name(found):
     """The sub's name as its O-line gives it."""
     return o_word(found.lines[found.first - 1])[0]
-
-
-def fault(found, line, text, remedy, before=None):
-    """CycleError about a line of the sub."""
-    where = f"sub O{sub_name(found)}, line {line}" + (f" (after line {before})" if before not in (None, line) else "")
-    text, remedy = (braceless(t) for t in (text, remedy))
-    return CycleError(f"{where} of {quoted(found.path)}: {text}", remedy)

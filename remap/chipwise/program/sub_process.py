@@ -13,7 +13,7 @@ import time
 
 from chipwise.program import program_code
 from chipwise.host.clock import patience
-from chipwise.program.find_sub import fault, o_word, sub_name
+from chipwise.program.find_sub import o_word, sub_name
 from chipwise.errors import MM_PER_INCH
 from chipwise.host.temp_folder import OwnFolder, check_room, put, writing
 from chipwise.host.processes import tree_cpu_s
@@ -63,7 +63,7 @@ def own_code(found, job, ini):
         None if allowed else program_code.first_code_of(body, found.path, places, programs))
     if code:
         text, line = code.sentence(found.path)
-        raise fault(found, line or found.first, text, code.remedy)
+        raise found.fault(line or found.first, text, code.remedy)
     return None if allowed else program_code.of_machine(ini.splitlines(), places, programs)
 
 
@@ -86,18 +86,18 @@ def run_sub(found, job, runner, program, ini, order, environment=()) -> dict:
         answer = answer_of(process, json.dumps({**common, **order}))
         check_room(folder, process.returncode)
     if answer is None:
-        raise fault(found, found.first, "the sub waits for a file that does not answer", "look at the files that it calls on the SUBROUTINE_PATH")
+        raise found.fault(found.first, "the sub waits for a file that does not answer", "look at the files that it calls on the SUBROUTINE_PATH")
     if process.returncode == -signal.SIGPROF:
         loops = [n for n, text in found.body if (o_word(text) or ("", ""))[1] in ("while", "do", "repeat", "call")]
         where = f" (loops and calls: line {', '.join(map(str, loops[:5]))})" if loops else ""
-        raise fault(found, found.first, f"the sub does not end within {order['cpu_s']:g} s of computing time" + where,
+        raise found.fault(found.first, f"the sub does not end within {order['cpu_s']:g} s of computing time" + where,
                     "correct the loop's condition, or make the sub simpler")
     if process.returncode != 0:
         said = (answer[1].strip().splitlines() or [f"exit {process.returncode}"])[-1]
-        raise fault(found, found.first, f"LinuxCNC's interpreter did not run it ({said})", "see whether `rs274` runs")
+        raise found.fault(found.first, f"LinuxCNC's interpreter did not run it ({said})", "see whether `rs274` runs")
     result = json.loads(answer[0])
     if not (result["ended"] or result["stop"] or result["error"]):
-        raise fault(found, result["line"] or found.first, "the program ends inside the sub", "take the M2 or M30 out of it")
+        raise found.fault(result["line"] or found.first, "the program ends inside the sub", "take the M2 or M30 out of it")
     return result
 
 
