@@ -89,6 +89,11 @@ PROBE_GRID = [['hal', 'loadrt', 'comp'], ['hal', 'addf', 'comp.0', 'servo-thread
               ['mdi', 'G0 X2 Y1 Z1'], ['mdi', 'G92 X2.1 Y0.9 Z1.02'], ['mdi', 'o<probe_grid> call [0.5] [0.2] [1.5] [1.0] [3] [2] [0.5] [-0.6] [40]'], ['messages']]
 
 
+# A sub as buttons of probing screens call it from MDI: F beside what the interpreter waits for.
+TOUCH = 'o<touch> sub\nG21 G91\nG38.3 X2 F100\nF200 G38.3 Y-3\nM66 P0 L0 F250\nG1 X-1 F300 S500\nG90 G20\no<touch> endsub\nM2\n'
+TOUCHED = [['position'], ['mdi', 'o<touch> call'], ['position'], ['mdi', 'G1 Z0.9 F20'], ['errors']]
+
+
 def assert_probed(tmp_path, answers):
     """The log has the six points, in the order they were touched, and where they are in the machine."""
     assert answers[-1] and 'the points are in chipwise_probe.txt' in answers[-1][-1], answers
@@ -100,12 +105,17 @@ def assert_probed(tmp_path, answers):
 
 
 def test_a_probed_point_and_a_new_origin(tmp_path):
-    """H1 takes where the probe has touched, not where the tool is now.  Q1 begins a station anew.  In inch.  Then a grid is probed."""
+    """H1 takes where the probe has touched, not where the tool is now.  Q1 begins a station anew.  In inch.  Then MDI calls a sub with F beside G38,
+    at which the task crashed, and a grid is probed."""
+    (tmp_path / 'touch.ngc').write_text(TOUCH)
     steps = [['mdi', 'T1 M6'], *go((10, 10, 5), 1), *go((60, 10, 5), 2), ['mdi', 'G20'], ['mdi', 'G0 X2 Y2 Z0.52'], ['mdi quietly', 'G38.3 Z-1 F1'],
              ['until', 'axis.z.pos-cmd', '<', 12.7], ['hal', 'setp', 'motion.probe-input', '1'], ['mdi_end'],
              ['hal', 'setp', 'motion.probe-input', '0'], ['pins', 'motion.probe-input'], ['mdi', 'G0 Z1'], ['mdi', 'M255 P3 Q1 H1'], ['messages']]
-    answers = operate(tmp_path, [*steps, *PROBE_GRID], edit=stations_in(tmp_path), before=f'ln -sf {tmp_path}/chipwise_probe.txt .')
-    assert_probed(tmp_path, answers[len(steps):])
+    edit = stations_in(tmp_path) + f"' -e 's#^SUBROUTINE_PATH = #&{tmp_path}:#"
+    answers = operate(tmp_path, [*steps, *TOUCHED, *PROBE_GRID], edit=edit, before=f'ln -sf {tmp_path}/chipwise_probe.txt .')
+    before, called, after, moved, errors = answers[len(steps):len(steps) + len(TOUCHED)]
+    assert called == moved == errors == [] and np.subtract(after, before) == pytest.approx((1, -3, 0), abs=1e-6)
+    assert_probed(tmp_path, answers[len(steps) + len(TOUCHED):])
     answers = answers[:len(steps)]
     points = read(tmp_path)[3]
     assert list(points) == [1] and points[1][:2] == pytest.approx((50.8, 50.8), abs=1e-6)

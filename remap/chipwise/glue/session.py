@@ -24,6 +24,8 @@ from chipwise.glue.ceiling import restore_programmed
 from chipwise.glue.state import State
 from chipwise.glue.task_share import TaskShare, hand_over
 
+NO_O_WORD = 0           # O_none of LinuxCNC's interp_internal.hh
+
 
 def begin(interp, words):
     """Before anything else: what the program before, or MDI, has left ends; the program's own F."""
@@ -47,7 +49,7 @@ def program_feed(interp, words):
             return _first_feed(interp, words, feed)
         volumetric.keep_line_number(interp, words)
         volumetric.program_feed(interp, feed)
-        return INTERP_OK
+        return done(interp)
     except Exception as error:
         return refuse(interp, "F", words, error)
 
@@ -60,7 +62,7 @@ def _first_feed(interp, words, feed):
             yield INTERP_EXECUTE_FINISH
         volumetric.keep_line_number(interp, words)
         volumetric.program_feed(interp, feed)
-        yield INTERP_OK
+        yield done(interp)
     except GeneratorExit:  # the program was aborted while we waited
         raise
     except Exception as error:
@@ -109,7 +111,7 @@ def run_cycle(interp, code, kwargs, order_of, check=State.check_modes, do=carry_
         if outcome.targets:
             preview.target(state.line_number, outcome.targets)
         yield from do(state, turn, outcome)
-        yield INTERP_OK
+        yield done(interp)
     except GeneratorExit:
         raise
     except Exception as error:
@@ -128,11 +130,23 @@ def run_steps(interp, code, kwargs, steps):
         for _ in steps(State(interp, code, kwargs)):
             hand_over()
             yield INTERP_EXECUTE_FINISH
-        yield INTERP_OK
+        yield done(interp)
     except GeneratorExit:  # the program was aborted while we waited
         raise
     except Exception as error:
         yield refuse(interp, code, kwargs, error)
+
+
+def done(interp):
+    """INTERP_OK, of a remap that is carried out.
+
+    LinuxCNC goes on with the rest of the line.  If that waits (G38, M6, M66) in a sub of MDI, it executes the call of the remap once more behind the
+    wait, without the line it belongs to, and its task crashes (interp_o_word.cc, execute_call; rs274ngc_pre.cc, _execute with mdi_interrupt).  So the
+    call is taken away: a block without an O word does nothing there.
+    """
+    if program_run.is_mdi():
+        interp.blocks[0].o_type = NO_O_WORD
+    return INTERP_OK
 
 
 def refuse(interp, code, kwargs, error):
