@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-component chipwise_command "Carry M250..M254 from the interpreter to the HAL, in step with motion";
+component chipwise_command "Carry M250..M254 and M256 from the interpreter to the HAL, in step with motion";
 description """
 The interpreter runs far ahead of the machine, so a code that must act in step with the machine
 uses motion's analog outputs, which M68 sets in queue order. Two
@@ -7,8 +7,8 @@ outputs carry any number of values: first the number of a register goes to
 .B word,
 then its content to
 .B value.
-Registers 1..6 are the stock box, 8 its shape, 9 its turn, 11..14 the feed, 21 the slot of a file. They take effect
-only with the word that commits them (7: the stock, 17: the feed, 27: save, 28: restore), so a program aborted in between
+Registers 1..6 are the stock box, 8 its shape, 9 its turn, 11..14 the feed, 21 the slot of a file or the set-up of clamps. They take effect
+only with the word that commits them (7: the stock, 17: the feed, 27: save, 28: restore, 29: clamps), so a program aborted in between
 changes nothing.
 
 The feed ends by itself:
@@ -69,8 +69,8 @@ pin out bool feed_carried "M251 of MDI is in force in the program that runs, whi
 pin out bool job_active "the set-up is in force: mode and mrr-target follow it";
 pin out si32 run_end "how the last program has ended: 0 it runs, or none has, 1 by itself, 2 stopped (abort, machine off); to chipwise-monitor.run-end";
 pin out bool feed_decided "TRUE for a period when M251 or M252 takes effect, a program starts or is aborted, or the machine goes off; to stock-tracker.N.feed-decided";
-pin out si32 request "to the monitor: 1 save while word is 27, 2 restore while it is 28, until an abort or machine off, else 0";
-pin out si32 slot "register 21, as of the last commit: number of the file";
+pin out si32 request "to the monitor: 1 save while word is 27, 2 restore while it is 28, 3 clamps while it is 29, until an abort or machine off, else 0";
+pin out si32 slot "register 21, as of the last commit: number of the file or of the set-up of clamps";
 pin in bool job_air "chipwise-monitor.job-air: feeds above the stock of the set-up may be as fast as the axes";
 pin out bool air "job-air while the set-up is in force; to stock-tracker.N.air and volumetric-feed.N.air";
 pin out real status "to motion.analog-in-N, where the codes check that they took effect: mode + 10 if a certain stock is defined + 100 * fault-code + 10000 * reply + 1000000 * (100 * job-ceiling) + 10000000000 if job-waits + 20000000000 if job-active + 40000000000 if feed-carried + 80000000000 if job-air";
@@ -148,7 +148,8 @@ static double job_status(struct __comp_state *__comp_inst)
 FUNCTION(_) {
     double w = word;
     int number = w > 0.5 && w < 100.0 ? (int)(w + 0.5) : 0;
-    int of_file = number == CHIP_REGISTER_SAVE_COMMIT || number == CHIP_REGISTER_RESTORE_COMMIT, commits = 0;
+    int of_file = number == CHIP_REGISTER_SAVE_COMMIT || number == CHIP_REGISTER_RESTORE_COMMIT
+        || number == CHIP_REGISTER_CLAMPS_COMMIT, commits = 0;
 
     if (number >= CHIP_REGISTER_BOX_FIRST && number < CHIP_REGISTER_BOX_FIRST + CHIP_BOX_REGISTERS)
         box[number - CHIP_REGISTER_BOX_FIRST] = value;
@@ -186,8 +187,9 @@ FUNCTION(_) {
     /* The word stays there after an abort; another chipwise-monitor would serve the request once more, hours later. */
     file_given_up = of_file && (file_given_up || aborted || !enabled);
     if (of_file)
-        slot_set(number_of_file > -0.5 && number_of_file < 99.5 ? (int)(number_of_file + 0.5) : -1);
-    request_set(!of_file || file_given_up ? CHIP_REQUEST_NONE : number == CHIP_REGISTER_SAVE_COMMIT ? CHIP_REQUEST_SAVE : CHIP_REQUEST_RESTORE);
+        slot_set(number_of_file > -0.5 && number_of_file < 999.5 ? (int)(number_of_file + 0.5) : -1);
+    request_set(!of_file || file_given_up ? CHIP_REQUEST_NONE : number == CHIP_REGISTER_SAVE_COMMIT ? CHIP_REQUEST_SAVE
+        : number == CHIP_REGISTER_CLAMPS_COMMIT ? CHIP_REQUEST_CLAMPS : CHIP_REQUEST_RESTORE);
     status_set(mode + (stock_defined && certain ? CHIP_STATUS_STOCK : 0) + (double)CHIP_STATUS_FAULT * fault_code
         + (double)CHIP_STATUS_REPLY * reply + job_status(__comp_inst) + (feed_carried ? CHIP_STATUS_CARRIED : 0.0));
 }

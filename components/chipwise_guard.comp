@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-or-later
-component chipwise_guard "Stop the machine before a traverse meets stock, and say why";
+component chipwise_guard "Stop the machine before a traverse meets stock or any move a clamp, and say why";
 description """
-Holds the machine when stock_tracker(9) reports a traverse that is about to meet stock or a feed move
+Holds the machine when stock_tracker(9) reports a traverse that is about to meet stock, a move that is about to meet a clamp, or a feed move
 on which the shank cuts, and when volumetric_feed(9) reports that the override is ignored or, if it is asked to, that the
 load of the spindle does not belong to the cut. The hold stays until the
 motion is over: the operator aborts the program (Stop, Esc) and may then jog or run again. A rising edge of
@@ -24,6 +24,10 @@ pin in bool rapid_contact "stock-tracker.N.rapid-contact";
 pin in bool flute_excess "stock-tracker.N.flute-excess";
 pin in bool override_ignored "volumetric-feed.N.override-ignored";
 pin in bool load_stop "volumetric-feed.N.load-stop";
+pin in bool clamp_contact "stock-tracker.N.clamp-contact";
+pin in real clamp_distance "stock-tracker.N.clamp-distance, machine units";
+pin in si32 clamp_number "stock-tracker.N.clamp-number";
+pin in si32 clamp_part "stock-tracker.N.clamp-part";
 pin in real rapid_distance "stock-tracker.N.rapid-distance, machine units";
 pin in real depth "stock-tracker.N.depth, machine units";
 pin in si32 motion_type "motion.motion-type; 0 ends the hold";
@@ -37,12 +41,15 @@ pin in bool hold_in "request of another HAL file to hold the feed; passed on to 
 pin out bool stop "TRUE while a guard stops the machine";
 pin out bool inhibit "to motion.feed-inhibit: stop or inhibit-in";
 pin out bool hold "to motion.feed-hold: stop or hold-in";
-pin out si32 reason "reason of the stop: 0 none, 1 rapid contact, 2 flute excess, 3 override ignored, 4 spindle load";
+pin out si32 reason "reason of the stop: 0 none, 1 rapid contact, 2 flute excess, 3 override ignored, 4 spindle load, 5 clamp contact";
 pin out si32 line "program line of the stop";
-pin out real distance "distance from the traverse to the stock at the stop, machine units";
+pin out real distance "distance from the traverse to the stock, or from the move to the clearance of the clamp, at the stop, machine units";
+pin out si32 clamp "clamp-number at the stop";
+pin out si32 part "clamp-part at the stop";
 pin out real deepest "depth of cut at the stop, machine units; for a flute excess, the largest until the machine was at rest";
 
 param rw bool guard_rapid = 1 "TRUE: stop on rapid-contact";
+param rw bool guard_clamp = 1 "TRUE: stop on clamp-contact";
 param rw bool guard_flute = 1 "TRUE: stop on flute-excess";
 param rw bool guard_override = 1 "TRUE: stop on override-ignored";
 
@@ -73,7 +80,8 @@ static double length(double value) { return value >= 0.0 && value < 1e9 ? value 
 
 FUNCTION(_) {
     int moving = motion_type != CHIP_MOTION_NONE && coord_mode;
-    int found = rapid_contact && guard_rapid ? CHIP_REASON_RAPID_CONTACT
+    int found = clamp_contact && guard_clamp ? CHIP_REASON_CLAMP_CONTACT
+        : rapid_contact && guard_rapid ? CHIP_REASON_RAPID_CONTACT
         : flute_excess && guard_flute ? CHIP_REASON_FLUTE_EXCESS
         : override_ignored && guard_override ? CHIP_REASON_OVERRIDE_IGNORED
         : load_stop ? CHIP_REASON_LOAD : CHIP_REASON_NONE;
@@ -91,7 +99,9 @@ FUNCTION(_) {
     else if (reason == CHIP_REASON_NONE && found != CHIP_REASON_NONE && found != passing) {
         reason_set(found);
         line_set(program_line);
-        distance_set(length(rapid_distance));
+        distance_set(length(found == CHIP_REASON_CLAMP_CONTACT ? clamp_distance : rapid_distance));
+        clamp_set(clamp_number);
+        part_set(clamp_part);
         deepest_set(length(depth));
     } else if (reason == CHIP_REASON_FLUTE_EXCESS && length(depth) > deepest) {
         deepest_set(length(depth)); /* at the first touch the edge of the stock is known within a cell only */

@@ -18,14 +18,20 @@ enum chip_register {
     CHIP_REGISTER_FEED_COMMIT = 17, /* switches the feed */
     CHIP_REGISTER_FILE_SLOT = 21,
     CHIP_REGISTER_SAVE_COMMIT = 27,
-    CHIP_REGISTER_RESTORE_COMMIT = 28
+    CHIP_REGISTER_RESTORE_COMMIT = 28,
+    CHIP_REGISTER_CLAMPS_COMMIT = 29 /* clamps of the set-up whose number is in the slot */
 };
 
 #define CHIP_BOX_REGISTERS 6
 #define CHIP_FEED_REGISTERS 4
 
 /* chipwise-command.N.request: what the monitor is asked to do. */
-enum chip_file_request { CHIP_REQUEST_NONE = 0, CHIP_REQUEST_SAVE = 1, CHIP_REQUEST_RESTORE = 2 };
+enum chip_file_request {
+    CHIP_REQUEST_NONE = 0,
+    CHIP_REQUEST_SAVE = 1,
+    CHIP_REQUEST_RESTORE = 2,
+    CHIP_REQUEST_CLAMPS = 3
+};
 
 /* chipwise-command.N.run-end: how the last program has ended. */
 enum chip_run_end { CHIP_RUN_GOES_ON = 0, CHIP_RUN_WHOLE = 1, CHIP_RUN_STOPPED = 2 };
@@ -52,7 +58,8 @@ enum chip_guard_reason {
     CHIP_REASON_RAPID_CONTACT = 1,
     CHIP_REASON_FLUTE_EXCESS = 2,
     CHIP_REASON_OVERRIDE_IGNORED = 3,
-    CHIP_REASON_LOAD = 4
+    CHIP_REASON_LOAD = 4,
+    CHIP_REASON_CLAMP_CONTACT = 5
 };
 
 #endif

@@ -36,6 +36,9 @@ pin in real tool_diameter "machine units; 0 or negative: no tool";
 pin in real tool_corner_radius "machine units";
 pin in real tool_tip_angle "included angle of the tip, degrees; 0: flat end";
 pin in real tool_flute_length "machine units; 0: unknown";
+pin in real current_vel "motion.current-vel (chipwise-inputs.0.current-vel), machine units/s; 0: unknown";
+pin in real tool_stick_out "from the tip to the holder, machine units (chipwise-monitor.tool-stick-out)";
+pin in real tool_holder_diameter "machine units; 0: unknown, the holder is kept from no clamp (chipwise-monitor.tool-holder-diameter)";
 pin in real min_x "stock box, machine coordinates, machine units";
 pin in real min_y "stock box, machine coordinates, machine units";
 pin in real min_z "stock box, machine coordinates, machine units";
@@ -99,6 +102,13 @@ pin out real tooth_step_load_#[8] "1/mm: 1 / largest feed per tooth that the lim
 pin out real tooth_step_accel_#[8] "mean braking the planner can use until there, machine units/s2; 0: unknown";
 pin out si32 tooth_step_limit_#[8] "which limit has made it: 0 chip, 1 power or torque";
 
+pin out bool clamp_contact "a move meets, or within its braking distance will meet, a clamp or its clearance";
+pin out real clamp_distance "travel to where it does, machine units";
+pin out si32 clamp_number "that clamp: its place in the table of M256, from 1; 0: none";
+pin out si32 clamp_part "what meets it: 0 the tool or its shank, 1 the holder";
+pin out si32 clamp_count "clamps in force, as chipwise-monitor has written them for M256";
+pin out si32 clamps_taken "counts tables of clamps that were taken over; -1: the last one was refused, and those before are in force";
+
 param rw real units_per_mm = 1.0 "machine units per mm: 1 or 1/25.4";
 param rw real mrr_window = 0.02 "s, at most 1023 periods";
 param rw real acceleration = 0.0 "acceleration the planner really uses, machine units/s2; 0: unknown, look 20 mm ahead";
@@ -122,6 +132,7 @@ variable chip_path_watch_t path_state;
 variable int is_reported;
 variable void *map;
 variable void *done;
+variable void *clamp_table;
 variable int map_id;
 
 option extra_setup yes;
@@ -136,6 +147,7 @@ include "core/stock_tracker_core.h";
 
 #include <rtapi_string.h>
 #include "map_block.h"
+#include "tracker_watches.h"
 
 /* Module parameters: HAL has no float parameters, so lengths come as text. */
 static char *cell = "0.25";
@@ -172,7 +184,7 @@ EXTRA_SETUP() {
     double side = chip_decimal(cell), finest = *finest_cell ? chip_decimal(finest_cell) : side, x = chip_decimal(size_x), y = chip_decimal(size_y);
     int key = CHIP_STOCK_MAGIC + extra_arg;
     uint32_t cells = chip_stock_cells(side, x, y);
-    uint64_t bytes = chip_stock_bytes(cells) + sizeof(struct chip_path_done);
+    uint64_t bytes = chip_stock_bytes(cells) + sizeof(struct chip_path_done) + sizeof(struct chip_clamp_table);
 
     if (!cells) {
         rtapi_print_msg(RTAPI_MSG_ERR,
@@ -207,7 +219,8 @@ EXTRA_SETUP() {
     }
     memset(map, 0, bytes);      /* touches every page now, not in the servo thread */
     chip_stock_init_finer(map, side, finest, cells);
-    done = (char *)map + chip_stock_bytes(cells);       /* the path done, behind the cells */
+    done = (char *)map + chip_stock_bytes(cells);       /* the path done, behind the cells, */
+    clamp_table = (char *)done + sizeof(struct chip_path_done); /* and the clamps */
     chip_tracker_init(&state); chip_tracker_set_work(&state, work);
     chip_tracker_own_map(&state, map);
     chip_planner_attach(&planner);
@@ -232,43 +245,6 @@ EXTRA_CLEANUP() {
         rtapi_shmem_delete(map_id, comp_id);
 }
 
-/* Checks that the tool is still the described one. A dead monitor cannot report itself, so the message to the operator
- * comes from here (motion passes error messages of realtime on to the user interface). */
-static void watch_tool(struct __comp_state *__comp_inst, long period, struct chip_tracker_in *in)
-{
-    struct chip_tool_watch_in seen;
-    seen.tool_in_spindle_number = tool_in_spindle;
-    seen.tool_followed_number = tool_followed;
-    seen.heartbeat_count = heartbeat;
-    seen.monitor_timeout_s = monitor_timeout;
-    seen.period_s = fperiod;
-    chip_tool_watch_step(&watch, &seen);
-    in->tool_unknown = watch.is_unknown;
-    in->watch_fault = watch.code;
-    if (watch.code != CHIP_TOOL_UNWATCHED) is_reported = 0;
-    else if (!is_reported) {
-        is_reported = 1;
-        rtapi_print_msg(RTAPI_MSG_ERR, "chipwise: chipwise-monitor does not answer, so tool changes are not "
-            "followed and M251 does not raise the feed; start `chipwise monitor` in a shell\n");
-    }
-}
-
-/* Whether a load that was known is not known any more, and nobody has decided what holds instead. */
-static int watch_load(struct __comp_state *__comp_inst, const struct chip_tracker_in *in)
-{
-    struct chip_load_watch_in seen;
-    seen.is_ready = ready && certain;
-    seen.is_unwatched = watch.is_unwatched;
-    seen.stock_changes = in->define_request || in->external_writer;
-    seen.is_decided = feed_decided;
-    seen.tool_in_spindle_number = tool_in_spindle;
-    seen.tool_mu[0] = in->tool_diameter_mu;
-    seen.tool_mu[1] = in->tool_corner_radius_mu;
-    seen.tool_mu[2] = in->tool_tip_angle_deg;
-    seen.tool_mu[3] = in->tool_flute_length_mu;
-    return chip_load_watch_step(&load_state, &seen);
-}
-
 /* Pins and parameters -> input of the core. */
 static void read_pins(struct __comp_state *__comp_inst, long period, struct chip_tracker_in *in)
 {
@@ -278,6 +254,8 @@ static void read_pins(struct __comp_state *__comp_inst, long period, struct chip
     in->is_enabled = enable; in->is_turned = turned;
     in->tool_diameter_mu = tool_diameter; in->tool_corner_radius_mu = tool_corner_radius;
     in->tool_tip_angle_deg = tool_tip_angle; in->tool_flute_length_mu = tool_flute_length;
+    in->tool_stick_out_mu = tool_stick_out; in->tool_holder_diameter_mu = tool_holder_diameter; in->clamps = clamp_table;
+    in->current_vel_mu_s = current_vel;
     in->box_min_mu[0] = min_x; in->box_min_mu[1] = min_y; in->box_min_mu[2] = min_z;
     in->box_max_mu[0] = max_x; in->box_max_mu[1] = max_y; in->box_max_mu[2] = max_z;
     in->box_shape = shape; in->box_turn_deg = turn; in->define_request = define;
@@ -308,6 +286,9 @@ static void write_pins(struct __comp_state *__comp_inst, const struct chip_track
     pace_distance_set(out->pace.distance < 0.0 ? out->pace.distance : out->pace.distance * scale);
     pace_vel_set(out->pace.vel * scale); pace_accel_set(out->pace.accel * scale);
     flute_excess_set(out->has_flute_excess); rapid_contact_set(out->has_rapid_contact);
+    clamp_contact_set(out->has_clamp_contact); clamp_distance_set(out->clamp_distance_mm * scale);
+    clamp_number_set(out->met_clamp); clamp_part_set(out->met_part);
+    clamp_count_set(out->clamps_in_force); clamps_taken_set(out->tables_taken);
     path_known_set(state.lookahead.on_path); held_set(out->is_held);
     rapid_distance_set(out->rapid_distance_mm * scale);
     for (i = 0; i < CHIP_LOAD_STEPS; i++) {

@@ -23,7 +23,7 @@ from pathlib import Path
 from pycparser import c_ast, c_parser
 
 ROOT = Path(__file__).resolve().parents[1]
-HEADERS = ("registers.h", "core/version.h", "core/feed.h", "core/tooth_law.h", "core/feed_hold.h", "core/run_sums.h", "core/watchdog.h", "core/tool_watch.h", "core/load_watch.h", "core/path_watch.h", "core/tracker.h", "core/path_done.h",
+HEADERS = ("registers.h", "core/version.h", "core/feed.h", "core/tooth_law.h", "core/feed_hold.h", "core/run_sums.h", "core/watchdog.h", "core/tool_watch.h", "core/load_watch.h", "core/path_watch.h", "core/clamp.h", "core/tracker.h", "core/path_done.h",
            "core/tracer.h", "core/stylus.h", "core/slave.h", "core/axis_offset.h", "core/spindle_sim.h", "core/spindle_load.h",
            "offline/height_sweep.h", "offline/drop_cutter.h", "offline/stock_need.h", "offline/depth_proof.h",
            "offline/tracer_loop.h", "offline/chain_fit.h", "offline/engage.h", "offline/nearest_element.h")

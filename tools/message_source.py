@@ -26,7 +26,7 @@ SPEAKERS = {
     'SystemExit': (0,), 'say': (0,), 'inform': (0,), 'tell': (0,), 'MESSAGE': (0,), 'error': (0,), 'print': (0,)}
 LOUD = {'print', 'error', 'SystemExit'}         # these count only if the text begins with the name of a command
 TABLES = ('FAULTS', 'REASONS', 'PATH_REFUSALS')                  # {number: text} or {number: (fact, remedy)}
-TEXTS = ('guard_text', 'slow_text', 'override_text', 'message_of', 'of_unexpected', 'forgetful', 'running', '_rate_note')            # functions that return a message
+TEXTS = ('guard_text', 'clamp_text', 'slow_text', 'override_text', 'message_of', 'of_unexpected', 'forgetful', 'running', '_rate_note')            # functions that return a message
 NOTES = re.compile(r'note')                     # functions that make (text, values)
 FINDING = 'said'                                # the variable of Finding.said()
 

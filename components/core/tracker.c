@@ -130,7 +130,7 @@ double chip_tracker_horizon(const struct chip_tracker *tracker, const struct chi
     double braking = CHIP_DEFAULT_HORIZON;
     if (chip_finite(accel) && accel > 0.0) braking = speed * speed / accel;
     return chip_max(braking + jerk_travel(tracker, in) + CHIP_MARGIN_PERIODS * speed * in->period_s,
-                    chip_max(least, tracker->tool.radius));
+                    chip_max(chip_max(least, tracker->tool.radius), 1.5 * tracker->clamps.window));
 }
 
 /* Removal rate over the window, mm3/min. */
@@ -309,8 +309,8 @@ void chip_tracker_step(struct chip_tracker *tracker, struct chip_stock *stock, c
 {
     double tip[3] = { 0.0, 0.0, 0.0 };
     int bad = read_tip(tracker, in, tip), filled, ready;
-
     clear(out);
+    chip_tracker_watch_clamps(tracker, in, tip, bad, out);
     if (tracker->state != CHIP_TRACKER_EXTERNAL_WRITER) chip_tracker_check_head(tracker, stock);
     if (chip_tracker_serve_hold(tracker, stock, in)) {
         held_period(tracker, in, tip, bad, out);

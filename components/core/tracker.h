@@ -23,6 +23,7 @@
  *     cut in the next period (sweep.h, 2). A round end that moves level on a feed does a part of a segment in each period.
  *  5. The guards look at a traverse and at the shank (guard.h), the look-ahead takes its samples
  *     (lookahead.h). Their results and the sums are the output.
+ *     Clamps (clamp.h) are looked at before all that, with or without a stock, on every move but a probe's.
  *  6. 4 and 5 share CHIP_WORK_PER_PERIOD, cutting first, so that a period is bounded whatever the
  *     tool, the cells and the speed are. Work that does not fit is replaced by the worst case. A slow computer
  *     does a part of it (chip_tracker_set_work).
@@ -30,6 +31,7 @@
 #ifndef CHIPWISE_TRACKER_H
 #define CHIPWISE_TRACKER_H
 
+#include "clamp.h"
 #include "lookahead.h"
 #include "path_pace.h"
 #include "guard.h"
@@ -111,6 +113,9 @@ struct chip_tracker_in {
     int f_output;               /* the analog output that carries F; negative: unknown */
     /* the limits of the tooth (tooth.h): weights, 1/mm, 0: none; Kienzle's exponent */
     double chip_weight_per_mm, power_weight_per_mm, force_exponent_mc;
+    double tool_stick_out_mu, tool_holder_diameter_mu; /* of the holder; 0: unknown */
+    double current_vel_mu_s;                           /* of the planner; not positive: unknown */
+    const struct chip_clamp_table *clamps;             /* in shared memory; null: there are none */
     double period_s;
 };
 
@@ -131,6 +136,11 @@ struct chip_tracker_out {
     int is_held;              /* the map is not touched: answer to `external_writer` */
     int is_certain;           /* there is a stock, and a program or a person has confirmed it [2] */
     struct chip_load_profile load;
+    int has_clamp_contact; /* the tool has to stop before a clamp (clamp.h) */
+    double clamp_distance_mm;
+    int met_clamp, met_part; /* the clamp, from 1, and the body of the tool; 0 and 0: none */
+    int clamps_in_force,
+        tables_taken; /* in force; half the generation of the table that was looked at last, -1: it was refused */
 };
 
 struct chip_tracker {
@@ -148,6 +158,7 @@ struct chip_tracker {
     int has_start;          /* it has cut nothing since, because earlier segments wait */
     int tip_known, last_request, box_error, fault;
     struct chip_guard guard;
+    struct chip_clamps clamps;
     uint32_t feed_finished;   /* sweep.finished when no feed's segment waits any more */
     int work_percent;         /* of the bounds of a period [6] */
     int parts_left;           /* periods until a round end's work is not divided any more [4] */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* tracker_map.h - what the tracker does with the map: a new stock, a map that another program has, a head that is not what it was
- * (tracker_map.c); what it cuts in a period (tracker_cut.c).
+ * (tracker_map.c); what it cuts in a period (tracker_cut.c); what it does not touch (tracker_clamps.c).
  *
  * Internal: called by tracker.c. The numbers in brackets are those of the principle in tracker.h. */
 #ifndef CHIPWISE_TRACKER_MAP_H
@@ -56,6 +56,10 @@ int chip_tracker_feeds_are_cut(const struct chip_tracker *tracker);
 
 /* [2] 1 while another program has the map. */
 int chip_tracker_serve_hold(struct chip_tracker *tracker, struct chip_stock *stock, const struct chip_tracker_in *in);
+
+/* [5] Whether the tool has to stop before a clamp; `bad`: fault of the position. */
+void chip_tracker_watch_clamps(struct chip_tracker *tracker, const struct chip_tracker_in *in, const double tip[3],
+                               int bad, struct chip_tracker_out *out);
 
 #pragma GCC visibility pop
 

@@ -69,7 +69,7 @@ def test_a_map_too_large_for_the_memory_is_refused(tmp_path):
                        "ulimit -v 200000; halrun -f test.hal; echo status $?")
     assert "status 1" in out.splitlines(), out
     line = next((line for line in out.splitlines() if line.startswith("chipwise:")), "")
-    size = ctypes.sizeof(layout.Stock) + 8002 * 4002 * ctypes.sizeof(layout.Cell) + ctypes.sizeof(layout.PathDone)
+    size = ctypes.sizeof(layout.Stock) + 8002 * 4002 * ctypes.sizeof(layout.Cell) + ctypes.sizeof(layout.PathDone) + ctypes.sizeof(layout.ClampTable)
     for words in (f"{size} bytes", "cell=0.25", "size_x=2000", "mm", "use a larger cell"):
         assert words in line, f"{words!r} is missing in {out!r}"
 

@@ -129,6 +129,11 @@ FAULTS = {
     "FIT_WIDE": ("arcs far from the poses they go through", "geometry/test_pocket_engage.py::test_fitted_arcs_stay_by_the_poses"),
     "SWEEP_UNLOOKED": ("links over cleared ground not looked at", "geometry/test_pocket_engage.py::test_a_rib_thinner_than_the_tool_is_seen_under_it"),
     "CORNERS_CUT": ("corners of the path done cut off", "test_path_done.py::test_random_paths"),
+    "CLAMPS_LATE": ("the braking before a clamp forgotten", "test_clamp_guard.py::test_a_feed_is_stopped_before_the_clearance[at-True-200.0]"),
+    "CLAMPS_CREEP": ("nearer and nearer to a clamp", "test_clamp_guard.py::test_a_feed_is_stopped_before_the_clearance[slope-True-1.0]"),
+    "HOLDER_FORGOTTEN": ("the holder kept from no clamp", "test_clamp_guard.py::test_holder_and_shank"),
+    "BLENDS_FREE": ("a clamp inside of a blend", "test_clamp_guard.py::test_a_pin_inside_of_a_corner"),
+    "CLAMPS_TRUSTED": ("a table of clamps that cannot be", "test_clamp_table.c"),
     "ANY_NUMBER": ("no number comes through", "test_feed.py::test_fallback_is_the_programmed_feed"),
 }
 

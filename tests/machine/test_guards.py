@@ -9,7 +9,8 @@ from support.guard_runs import HEAD
 from support.operate import Shared, operate
 
 pytestmark = pytest.mark.machine
-STOPPED = Shared('guards that stop')
+CLAMP = '[set_up.7.clamp.jaw]\\nbox = [-30, 10, -20, -20, 30, 20]\\n'
+STOPPED = Shared('guards that stop', before=f"printf '{CLAMP}' > clamps.toml")
 GUARD = ['pins', 'chipwise-guard.0.stop', 'chipwise-guard.0.reason', 'motion.feed-inhibit', 'motion.feed-hold']
 
 
@@ -125,6 +126,25 @@ def test_the_inch_machine_is_stopped(tmp_path):
     assert -radius <= position[0] < -1.0 / 25.4 and position[1] == pytest.approx(1.2, abs=1e-5)
     assert len(said) == 1 and re.search(r'cut stopped at 0\.1600 in or more of depth, flutes 0\.1181 in long', said[0]), said
     assert float(cut[0]) == pytest.approx(2.4 * 25.4 * 6 * 2.54, rel=0.02)
+
+
+def to_clamp(move):
+    """Steps: into the clamp of set-up 7 as a program, at Z10."""
+    return [['open text', HEAD + 'G0 Z40\nG0 X-48 Y20\nG0 Z10\nM256 P7\n' + move + '\nG0 Z40\nM2\n'], ['run_until_stopped', 60], GUARD, ['position'], ['abort'], ['errors'],
+            ['jog', 2, 15, 40]]
+
+
+@pytest.mark.scene(STOPPED, [*to_clamp('G1 X30'), *to_clamp('G0 X30'), ['mdi', 'M256 P0'], ['mdi', 'G0 X-48 Y20'], ['mdi', 'G0 Z10'], ['mdi', 'G0 X-25'], ['position'],
+                             ['errors'], ['mdi', 'G0 Z40']])
+def test_a_feed_and_a_traverse_stop_before_a_clamp(answers):
+    """With the clearance of 1 mm beside the tool of 6 mm; after M256 P0 it is not there any more."""
+    for (_open, stopped, guard, position, _abort, said, _jog), most in ((answers[:7], 2.0), (answers[7:14], 25.0)):        # mm, of braking
+        assert stopped is True and guard == ['TRUE', '5', 'TRUE', 'TRUE']
+        assert -0.02 <= -34.0 - position[0] < most
+        assert len(said) == 1, said
+        assert re.match(rf'chipwise: move stopped [\d.]+ mm before the tool or its shank comes too near to clamp jaw of set-up 7 \(line {HEAD.count(chr(10)) + 5}, tool 1\)', said[0])
+    *_rest, position, said, _up = answers[14:]
+    assert position[0] == pytest.approx(-25.0, abs=1e-4) and said == []
 
 
 TWICE = [['run_until_stopped', 60], ['position'], ['abort'], ['errors']]

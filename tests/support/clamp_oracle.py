@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How near a tool comes to clamps: a sampled sweep, written apart from chipwise.clamps.  Called by tests/check/test_check_clamps.py.
+"""How near a tool comes to clamps: a sampled sweep, written apart from chipwise.clamps.  Called by tests/check/test_check_clamps.py and tests/core/test_clamp_guard.py.
 
 Places of the tip every STEP mm, the tool as discs, the clamps as polygons or circles with a top.  mm, radians, machine coordinates.
 """
@@ -73,3 +73,39 @@ def nearest(tool, part, clamp, places):
     for a, b in zip(across[close], z[close]):
         least = min(least, float(np.maximum(a - radii, b + heights - clamp["top"]).min()))
     return least
+
+
+def radius_at(tool, height):
+    """As tool_radius(), of heights (n,) above the tip that are not negative."""
+    radius, shape = tool["diameter"] / 2, tool["shape"]
+    half = math.radians(tool.get("tip_angle", 0)) / 2
+    corner = radius if shape == "ball" else tool.get("corner_radius", 0.0)
+    with np.errstate(invalid="ignore"):
+        arc = np.sqrt(height * (2 * corner - height))
+    if shape == "flat":
+        return np.full(len(height), radius)
+    if shape == "vee":
+        return np.minimum(radius, height * math.tan(half))
+    if shape == "tapered-ball":
+        joint = corner * (1 - math.sin(half))
+        return np.where(height < joint, arc, np.minimum(radius, corner * math.cos(half) + (height - joint) * math.tan(half)))
+    return np.where(height >= corner, radius, radius - corner + arc)
+
+
+def grown(tool, part, clamp, places, least=-60.0):
+    """(n,) mm by which the clamp has to grow at its sides and its top until it touches the part at each of the places (n, 3); FAR if more.  By halving."""
+    across, z = outline_distance(clamp, places[:, 0], places[:, 1]), places[:, 2]
+    begins = tool["stick_out"] if part == "holder" else 0.0
+    close = (across < (tool["holder_diameter"] if part == "holder" else tool["diameter"]) / 2 + FAR) & (z + begins < clamp["top"] + FAR)
+    if not close.all():
+        found = np.full(len(z), FAR)
+        found[close] = grown(tool, part, clamp, places[close], least) if close.any() else ()
+        return found
+    low, high = np.full(len(z), least), np.full(len(z), FAR)
+    for _ in range(44):
+        middle = (low + high) / 2
+        over = clamp["top"] + middle - z
+        radius = np.full(len(z), tool["holder_diameter"] / 2) if part == "holder" else radius_at(tool, np.maximum(over, 0.0))
+        touches = (over > begins) & (across < radius + middle)
+        low, high = np.where(touches, low, middle), np.where(touches, middle, high)
+    return high

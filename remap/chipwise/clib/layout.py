@@ -18,6 +18,13 @@ ARC_POINTS = 196
 BOX_REGISTERS = 6
 CELLS_PER_PERIOD = 12000
 CHAIN_LINE = -1e+30
+CLAMPS = 100
+CLAMP_BODIES = 2
+CLAMP_LINES = 26
+CLAMP_MOST_CLEARANCE = 1000.0
+CLAMP_MOST_COORDINATE = 1000000.0
+CLAMP_TANGENTS = 24
+CLAMP_WORK = 1200
 CORE_VERSION = 1
 DROP_FULL = 32767
 DROP_NOTHING = -1e+30
@@ -159,6 +166,7 @@ class Register(IntEnum):
     FILE_SLOT = 21
     SAVE_COMMIT = 27
     RESTORE_COMMIT = 28
+    CLAMPS_COMMIT = 29
 
 
 class FileRequest(IntEnum):
@@ -167,6 +175,7 @@ class FileRequest(IntEnum):
     NONE = 0
     SAVE = 1
     RESTORE = 2
+    CLAMPS = 3
 
 
 class RunEnd(IntEnum):
@@ -185,6 +194,7 @@ class GuardReason(IntEnum):
     FLUTE_EXCESS = 2
     OVERRIDE_IGNORED = 3
     LOAD = 4
+    CLAMP_CONTACT = 5
 
 
 class FeedMode(IntEnum):
@@ -246,23 +256,6 @@ class Join(IntEnum):
     PARABOLIC = 2
 
 
-class StockError(IntEnum):
-    """enum chip_stock_error"""
-
-    OK = 0
-    NOT_FINITE = 1
-    EMPTY = 2
-    TOO_LARGE = 3
-    UNSOUND = 4
-
-
-class StockShape(IntEnum):
-    """enum chip_stock_shape"""
-
-    BOX = 0
-    CYLINDER = 1
-
-
 class ToothLimit(IntEnum):
     """enum chip_tooth_limit"""
 
@@ -286,6 +279,23 @@ class ToolError(IntEnum):
     CORNER = 2
     ANGLE = 3
     FLUTE = 4
+
+
+class StockError(IntEnum):
+    """enum chip_stock_error"""
+
+    OK = 0
+    NOT_FINITE = 1
+    EMPTY = 2
+    TOO_LARGE = 3
+    UNSOUND = 4
+
+
+class StockShape(IntEnum):
+    """enum chip_stock_shape"""
+
+    BOX = 0
+    CYLINDER = 1
 
 
 class Fault(IntEnum):
@@ -783,6 +793,147 @@ class PathPoint(C.Structure):
     ]
 
 
+class ToothLoad(C.Structure):
+    """struct chip_tooth_load"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("load", C.c_double),
+        ("limit", C.c_int),
+    ]
+
+
+class Tooth(C.Structure):
+    """struct chip_tooth"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("chip_weight", C.c_double),
+        ("power_weight", C.c_double),
+        ("exponent", C.c_double),
+        ("made", C.c_int),
+        ("given", C.c_double * 3),
+        ("weight", C.c_float * (256 + 2)),
+        ("root", C.c_float * (256 + 2)),
+        ("points", C.c_int),
+        ("side", C.c_float * 196),
+        ("height", C.c_float * 196),
+    ]
+
+
+class ToolRing(C.Structure):
+    """struct chip_tool_ring"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("radius", C.c_double),
+        ("height", C.c_double),
+        ("rise", C.c_double),
+        ("run", C.c_double),
+        ("inner", C.c_double),
+        ("outer", C.c_double),
+        ("straight", C.c_int),
+    ]
+
+
+class Tool(C.Structure):
+    """struct chip_tool"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("radius", C.c_double),
+        ("corner", C.c_double),
+        ("slope", C.c_double),
+        ("flute", C.c_double),
+        ("r_flat", C.c_double),
+        ("r_arc", C.c_double),
+        ("arc_top", C.c_double),
+        ("shoulder", C.c_double),
+        ("tooth", C.c_void_p),
+        ("rings", C.c_int),
+        ("ring", ToolRing * 12),
+    ]
+
+
+class Clamp(C.Structure):
+    """struct chip_clamp"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("x", C.c_double),
+        ("y", C.c_double),
+        ("half_x", C.c_double),
+        ("half_y", C.c_double),
+        ("cosine", C.c_double),
+        ("sine", C.c_double),
+        ("top", C.c_double),
+        ("is_round", C.c_uint64),
+    ]
+
+
+class ClampTable(C.Structure):
+    """struct chip_clamp_table"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("generation", C.c_uint64),
+        ("count", C.c_uint64),
+        ("clearance", C.c_double),
+        ("clamp", Clamp * 100),
+    ]
+
+
+class ClampBody(C.Structure):
+    """struct chip_clamp_body"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("begins", C.c_double),
+        ("radius", C.c_double),
+        ("lines", C.c_int),
+        ("a", C.c_double * 26),
+        ("b", C.c_double * 26),
+        ("share", C.c_double * 26),
+    ]
+
+
+class ClampIn(C.Structure):
+    """struct chip_clamp_in"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("from", C.c_double * 3),
+        ("to", C.c_double * 3),
+        ("period_s", C.c_double),
+        ("acceleration_mm_s2", C.c_double),
+        ("current_vel_mm_s", C.c_double),
+        ("max_jerk_mm_s3", C.c_double),
+        ("distance_to_go_mm", C.c_double),
+        ("path", C.c_void_p),
+    ]
+
+
+class Clamps(C.Structure):
+    """struct chip_clamps"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("table", ClampTable),
+        ("next", ClampTable),
+        ("seen", C.c_uint64),
+        ("refused", C.c_int),
+        ("bodies", C.c_int),
+        ("body", ClampBody * 2),
+        ("built", C.c_double * 6),
+        ("allowed", C.c_double * 2 * 100),
+        ("window", C.c_double),
+        ("distance", C.c_double),
+        ("number", C.c_int),
+        ("part", C.c_int),
+        ("work", C.c_long),
+    ]
+
+
 class PredictedPath(C.Structure):
     """struct chip_predicted_path"""
 
@@ -853,68 +1004,6 @@ class Stock(C.Structure):
         ("half_y", C.c_double),
         ("turn", C.c_double),
         ("definitions", C.c_uint64),
-    ]
-
-
-class ToothLoad(C.Structure):
-    """struct chip_tooth_load"""
-
-    __slots__ = ()
-    _fields_ = [
-        ("load", C.c_double),
-        ("limit", C.c_int),
-    ]
-
-
-class Tooth(C.Structure):
-    """struct chip_tooth"""
-
-    __slots__ = ()
-    _fields_ = [
-        ("chip_weight", C.c_double),
-        ("power_weight", C.c_double),
-        ("exponent", C.c_double),
-        ("made", C.c_int),
-        ("given", C.c_double * 3),
-        ("weight", C.c_float * (256 + 2)),
-        ("root", C.c_float * (256 + 2)),
-        ("points", C.c_int),
-        ("side", C.c_float * 196),
-        ("height", C.c_float * 196),
-    ]
-
-
-class ToolRing(C.Structure):
-    """struct chip_tool_ring"""
-
-    __slots__ = ()
-    _fields_ = [
-        ("radius", C.c_double),
-        ("height", C.c_double),
-        ("rise", C.c_double),
-        ("run", C.c_double),
-        ("inner", C.c_double),
-        ("outer", C.c_double),
-        ("straight", C.c_int),
-    ]
-
-
-class Tool(C.Structure):
-    """struct chip_tool"""
-
-    __slots__ = ()
-    _fields_ = [
-        ("radius", C.c_double),
-        ("corner", C.c_double),
-        ("slope", C.c_double),
-        ("flute", C.c_double),
-        ("r_flat", C.c_double),
-        ("r_arc", C.c_double),
-        ("arc_top", C.c_double),
-        ("shoulder", C.c_double),
-        ("tooth", C.c_void_p),
-        ("rings", C.c_int),
-        ("ring", ToolRing * 12),
     ]
 
 
@@ -1165,6 +1254,10 @@ class TrackerIn(C.Structure):
         ("chip_weight_per_mm", C.c_double),
         ("power_weight_per_mm", C.c_double),
         ("force_exponent_mc", C.c_double),
+        ("tool_stick_out_mu", C.c_double),
+        ("tool_holder_diameter_mu", C.c_double),
+        ("current_vel_mu_s", C.c_double),
+        ("clamps", C.c_void_p),
         ("period_s", C.c_double),
     ]
 
@@ -1192,6 +1285,12 @@ class TrackerOut(C.Structure):
         ("is_held", C.c_int),
         ("is_certain", C.c_int),
         ("load", LoadProfile),
+        ("has_clamp_contact", C.c_int),
+        ("clamp_distance_mm", C.c_double),
+        ("met_clamp", C.c_int),
+        ("met_part", C.c_int),
+        ("clamps_in_force", C.c_int),
+        ("tables_taken", C.c_int),
     ]
 
 
@@ -1218,6 +1317,7 @@ class Tracker(C.Structure):
         ("box_error", C.c_int),
         ("fault", C.c_int),
         ("guard", Guard),
+        ("clamps", Clamps),
         ("feed_finished", C.c_uint32),
         ("work_percent", C.c_int),
         ("parts_left", C.c_int),
@@ -1994,14 +2094,19 @@ STRUCTURES = {
     "chip_blend": Blend,
     "chip_path": Path,
     "chip_path_point": PathPoint,
-    "chip_predicted_path": PredictedPath,
-    "chip_cell": Cell,
-    "chip_levels": Levels,
-    "chip_stock": Stock,
     "chip_tooth_load": ToothLoad,
     "chip_tooth": Tooth,
     "chip_tool_ring": ToolRing,
     "chip_tool": Tool,
+    "chip_clamp": Clamp,
+    "chip_clamp_table": ClampTable,
+    "chip_clamp_body": ClampBody,
+    "chip_clamp_in": ClampIn,
+    "chip_clamps": Clamps,
+    "chip_predicted_path": PredictedPath,
+    "chip_cell": Cell,
+    "chip_levels": Levels,
+    "chip_stock": Stock,
     "chip_section": Section,
     "chip_load_interval": LoadInterval,
     "chip_lookahead": Lookahead,

@@ -71,6 +71,7 @@ def _check_layout(lib, path):
 _VEC, _HEAD = C.c_double * 3, C.c_void_p
 _SWEEP, _TOOL, _PATH = C.POINTER(layout.Sweep), C.POINTER(layout.Tool), C.POINTER(layout.Path)
 _LOOKAHEAD, _SEGMENT, _FEED_IN = C.POINTER(layout.Lookahead), C.POINTER(layout.Segment), C.POINTER(layout.FeedIn)
+_CLAMPS = C.POINTER(layout.Clamps)
 _MESH, _DROP_TOOL = C.POINTER(layout.DropMesh), C.POINTER(layout.DropTool)
 _FUNCTIONS = (      # name, result, arguments
     ("chip_tooth_set", C.c_int, [C.c_void_p] + [C.c_double] * 3), ("chip_tooth_follow", None, [C.c_void_p, C.c_void_p]),
@@ -96,6 +97,9 @@ _FUNCTIONS = (      # name, result, arguments
     ("chip_path_reset", None, [_PATH]), ("chip_path_follow", None, [_PATH, C.c_long, C.c_double, C.c_double]),
     ("chip_path_mark_read", None, [_PATH]), ("chip_path_append", None, [_PATH, C.c_long, _SEGMENT]),
     ("chip_path_done_step", None, [C.POINTER(layout.PathThinner), C.POINTER(layout.PathDone), _VEC]),
+    ("chip_clamps_take", C.c_int, [_CLAMPS, C.c_void_p]), ("chip_clamps_begin", None, [_CLAMPS]),
+    ("chip_clamps_build", None, [_CLAMPS, _TOOL, C.c_double, C.c_double]), ("chip_clamps_check", C.c_int, [_CLAMPS, C.POINTER(layout.ClampIn)]),
+    ("chip_clamp_distance", C.c_double, [C.POINTER(layout.Clamp), C.POINTER(layout.ClampBody), _VEC]),
     ("chip_path_retract", None, [_PATH]), ("chip_path_descent", C.c_double, [_PATH, C.POINTER(C.c_double)]),
     ("chip_path_pace", layout.Pace, [_PATH, C.POINTER(layout.PaceIn)]), ("chip_path_at", C.c_double, [_PATH, C.c_double, _VEC, _VEC]),
     ("chip_feed", layout.FeedOut, [_FEED_IN, C.c_double]), ("chip_feed_target", C.c_double, [_FEED_IN]),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""M256: the set-up of clamps that is in force, as far as a run and its preview both know it.  It ends with the program.
+"""M256: the set-up of clamps that is in force.  For cycles it ends with the program, as in the preview; before the realtime guard it stays (monitor/clamps_in_force.py).
 
 Called by codes.py through session.run_steps, by session.begin and by state.py.  What needs numpy is imported when a set-up is used: LinuxCNC's task must not
 load it for every machine.
@@ -7,6 +7,7 @@ load it for every machine.
 
 from chipwise.program import preview
 from chipwise.errors import CycleError
+from chipwise.clib.layout import Register
 from chipwise.tool_data.geometry import ToolGeometry, tool_geometry
 
 MOST = 999
@@ -27,7 +28,14 @@ def put_on(state):
     state.interp.params[SET_UP] = number
     if not state.interp.task:
         preview.clamps(state.line_number, int(number))
-    yield from ()
+        return
+    import emccanon
+    from chipwise.glue import program_run, stock_codes
+    if program_run.skipped():
+        emccanon.MESSAGE("chipwise: M256: run from line skips this line, so the clamps before the machine stay as they are; give it in MDI before")
+        yield
+        return
+    yield from stock_codes.request(state, int(number), Register.CLAMPS_COMMIT, f"the clamps of set-up P{number:g} are not in force")
 
 
 def obstacles(state):

@@ -135,26 +135,25 @@ def _wait_for(state, answered):
     return None
 
 
-def _file_request(state, commit, what):
-    """M253, M254: have the monitor do something with the file of a slot, and wait for it."""
-    slot = _slot(state)
+def request(state, number, commit, failed):
+    """M253, M254, M256: have the monitor do something with the file of a slot or a set-up, and wait for it.  failed: what is said if it did not."""
     if not state.interp.task:
         return
     emccanon.SET_AUX_OUTPUT_VALUE(state.settings["ANALOG_OUT"], Register.IDLE)
     reply = yield from _wait_for(state, lambda now: now == reasons.IDLE)
     if reply is not None:
-        send(state, Register.FILE_SLOT, [slot], commit)
+        send(state, Register.FILE_SLOT, [number], commit)
         reply = yield from _wait_for(state, lambda now: now not in (reasons.IDLE, reasons.BUSY))
     emccanon.SET_AUX_OUTPUT_VALUE(state.settings["ANALOG_OUT"], Register.IDLE)
     if reply != reasons.DONE:
         yield                       # as in define_stock()
     if reply is None:
-        raise CycleError(f"slot {slot} was not {what}: chipwise-monitor gave no answer within "
+        raise CycleError(f"{failed}: chipwise-monitor gave no answer within "
                          f"{FILE_S:g} s", "load chipwise.hal ([HAL]HALFILE); if it has died start "
                          "`chipwise monitor` again")
     if reply != reasons.DONE:
         problem, remedy = reasons.REASONS.get(reply, (f"reason {reply}", "see the log"))
-        raise CycleError(f"slot {slot} was not {what}: {problem}", remedy)
+        raise CycleError(f"{failed}: {problem}", remedy)
 
 
 def save_stock(state):
@@ -164,12 +163,13 @@ def save_stock(state):
         emccanon.MESSAGE("chipwise: M253: run from line skips this line, so the file stays as it is")
         yield
         return
-    yield from _file_request(state, Register.SAVE_COMMIT, "saved")
+    slot = _slot(state)
+    yield from request(state, slot, Register.SAVE_COMMIT, f"slot {slot} was not saved")
 
 
 def restore_stock(state):
     """M254."""
-    _slot(state)
+    slot = _slot(state)
     known_stock.forget(state.interp)
     known_cuts.forget(state.interp)
     if not state.interp.task:
@@ -177,5 +177,5 @@ def restore_stock(state):
     if state.interp.task and _run_from_line_keeps_stock(state):
         yield
         return
-    yield from _file_request(state, Register.RESTORE_COMMIT, "restored")
+    yield from request(state, slot, Register.RESTORE_COMMIT, f"slot {slot} was not restored")
     InForce.box, InForce.stock_here = None, True

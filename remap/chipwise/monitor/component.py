@@ -12,7 +12,7 @@ def make_component():
     import hal
     name, dead = takeover.choose_name(COMPONENT)
     component = hal.component(name)
-    for name in ('tool-diameter', 'tool-corner-radius', 'tool-tip-angle', 'tool-flute-length'):
+    for name in ('tool-diameter', 'tool-corner-radius', 'tool-tip-angle', 'tool-flute-length', 'tool-stick-out', 'tool-holder-diameter'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
     for name in ('tool-number', 'tool-followed', 'heartbeat', 'program-loaded', 'program-mark', 'job-stock', *known.PINS):
         component.newpin(name, hal.HAL_S32, hal.HAL_OUT)
@@ -31,7 +31,7 @@ def make_component():
         component.newpin(name, hal.HAL_BIT, hal.HAL_IN)
     for name in ('guard-distance', 'guard-depth', 'mrr-target'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)
-    for name in ('fault-code', 'limited-by', 'mode', 'request', 'slot', 'guard-reason', 'guard-line', 'tool-in-spindle', 'run-end', 'path-refused'):
+    for name in ('fault-code', 'limited-by', 'mode', 'request', 'slot', 'guard-reason', 'guard-line', 'tool-in-spindle', 'run-end', 'path-refused', 'guard-clamp', 'guard-part', 'clamps-taken'):
         component.newpin(name, hal.HAL_S32, hal.HAL_IN)
     if dead:
         takeover.take_over(component, dead, hal.get_value)

@@ -62,6 +62,15 @@ def slow_text(took_us, period_us):
     return f'stock-tracker took {took_us:.0f} of {period_us:.0f} us; raise [CHIPWISE]FINEST_CELL or [EMCMOT]SERVO_PERIOD'
 
 
+def clamp_text(clamp, part, distance, line, tool, unit):
+    """The operator's message for a stop before a clamp; part: 1 of the holder; distance in machine units, `unit` their name."""
+    digits = 4 if unit == 'in' else 2
+    what = 'holder' if part else 'tool or its shank'
+    where = f'{f"line {line}" if line > 0 else "MDI"}, tool {tool}'
+    return (f'move stopped {distance:.{digits}f} {unit} before the {what} comes too near to {clamp} ({where}); press Stop, jog away and go over it or '
+            'round it, or give M256 P0 if it is not there any more')
+
+
 def guard_text(reason, line, distance, depth, tool, diameter, flute, unit):
     """The operator's message for a stop; lengths in machine units, `unit` their name."""
     digits = 4 if unit == 'in' else 2

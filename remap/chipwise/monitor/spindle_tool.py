@@ -66,6 +66,7 @@ class SpindleTool:
         pins['tool-corner-radius'] = shape.corner_radius
         pins['tool-tip-angle'] = shape.tip_angle
         pins['tool-flute-length'] = shape.flute_length
+        pins['tool-stick-out'], pins['tool-holder-diameter'] = shape.stick_out, shape.holder_diameter
         pins['tool-flutes'], pins['max-chip'], pins['min-chip'] = shape.flutes, shape.max_chip or self.default_chip(number, shape), shape.min_chip
         pins['tool-max-rate'] = shape.max_rate
         pins['tool-diameter'] = shape.diameter

@@ -18,6 +18,7 @@ from dataclasses import replace
 
 from chipwise.host.clock import patience
 from chipwise.host.files import JOURNAL, printable, read_bytes, remove_durable, write_durable
+from chipwise.monitor.clamps_in_force import ClampsInForce
 from chipwise.monitor.known import LARGEST_S32
 from chipwise.monitor.live_stock import LiveStock
 from chipwise.stock import journal, reasons
@@ -49,6 +50,7 @@ class StockFiles:
         self.component, self.settings, self.say, self.working = component, settings, say, working
         self.stock, self.place = None, place
         self.served = 0
+        self.clamps = ClampsInForce(component, settings)
         self.kept_is_due = settings['KEEP_STOCK']
         self.was_on = False         # the machine, in this run: it may have cut
         self.kept_refused = False   # the stock of the last run is still in its file
@@ -98,12 +100,24 @@ class StockFiles:
     def serve(self, request):
         """-> the reply."""
         slot = self.component['slot']
+        if request == FileRequest.CLAMPS:
+            return self.put_clamps(slot)
         if slot not in range(reasons.SLOTS):
             return reasons.BAD_SLOT
         self.component['reply'] = reasons.BUSY
         from chipwise.stock import store
         path = self.path(store.slot_name(slot))
         return self.save(path) if request == FileRequest.SAVE else self.restore(path)
+
+    def put_clamps(self, number):
+        """M256; -> the reply."""
+        self.component['reply'] = reasons.BUSY
+        table = self.stock.clamp_table()
+        try:
+            return self.clamps.put(table, number)
+        finally:
+            if table:
+                table.close()
 
     def is_confirmed(self):
         """Whether the stock is more than an assumption."""

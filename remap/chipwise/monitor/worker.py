@@ -22,7 +22,7 @@ from chipwise.monitor.carried_feed import CarriedFeed, mark_of
 from chipwise.monitor.hints import Hints
 from chipwise.monitor.limits import Limits
 from chipwise.monitor.loaded_program import LoadedProgram
-from chipwise.monitor.messages import FAULTS, guard_text, override_text
+from chipwise.monitor.messages import FAULTS, clamp_text, guard_text, override_text
 from chipwise.monitor.saying import Saying
 from chipwise.monitor.set_up import SetUp
 from chipwise.monitor.shadow import Shadow
@@ -221,12 +221,17 @@ class Monitor(SpindleTool):
         self.guard_depth = depth if reason == GuardReason.FLUTE_EXCESS else None
         if reason == GuardReason.FLUTE_EXCESS and depth != before and reason != self.said_guard:
             return
+        unit = 'mm' if self.units > 0.5 else 'in'
+        of_program = bool(reason) and self.status.task_mode == self.linuxcnc.MODE_AUTO      # motion's line of a move of MDI is that of the program before
+        if reason == GuardReason.CLAMP_CONTACT and reason != self.said_guard:
+            pins = self.component
+            self.say(clamp_text(self.stock_files.clamps.name(pins['guard-clamp']), pins['guard-part'], pins['guard-distance'],
+                                pins['guard-line'] if of_program else 0, pins['tool-number'], unit))
         if reason in (GuardReason.RAPID_CONTACT, GuardReason.FLUTE_EXCESS) and reason != self.said_guard:    # the third: follow_override
-            of_program = self.status.task_mode == self.linuxcnc.MODE_AUTO           # motion's line of a move of MDI is that of the program before
             self.say(guard_text(reason, self.component['guard-line'] if of_program else 0, self.component['guard-distance'],
                                 self.component['guard-depth'], self.component['tool-number'],
                                 self.component['tool-diameter'], self.component['tool-flute-length'],
-                                'mm' if self.units > 0.5 else 'in'))
+                                unit))
         self.said_guard = reason
 
     def report_restart(self, _now):

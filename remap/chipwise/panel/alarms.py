@@ -5,7 +5,7 @@ Called by watch.py.  The words are those of chipwise-monitor (monitor/messages.p
 there; after that it stays on the page until the operator clears it, and in the history then.
 """
 
-from chipwise.monitor.messages import FAULTS, guard_text, override_text
+from chipwise.monitor.messages import FAULTS, clamp_text, guard_text, override_text
 from chipwise.clib.layout import Fault, GuardReason
 
 HISTORY = 200           # alarms that are kept
@@ -20,11 +20,14 @@ class StillActive(Exception):
 def guard_words(pins, inch, auto=True):
     """The sentence of chipwise-monitor for a stop by a guard; auto: LinuxCNC is in the mode of programs, and a line is one of the program."""
     per = 1 / MM_PER_INCH if inch else 1.0
+    if int(pins["guard_reason"]) == GuardReason.CLAMP_CONTACT:
+        return clamp_text(f"clamp {int(pins['guard_clamp'])} of the set-up in force", int(pins["guard_part"]), pins["guard_distance"] * per,
+                          int(pins["guard_line"]) if auto else 0, int(pins["tool"]), "in" if inch else "mm")
     return guard_text(int(pins["guard_reason"]), int(pins["guard_line"]) if auto else 0, pins["guard_distance"] * per, pins["guard_depth"] * per,
                       int(pins["tool"]), pins["tool_diameter"] * per, pins["tool_flute_length"] * per, "in" if inch else "mm")
 
 
-ITEMS = {f"guard {GuardReason.RAPID_CONTACT}": "alarm_rapid", f"guard {GuardReason.FLUTE_EXCESS}": "alarm_flute"}     # display items; else:
+ITEMS = {f"guard {GuardReason.RAPID_CONTACT}": "alarm_rapid", f"guard {GuardReason.CLAMP_CONTACT}": "alarm_rapid", f"guard {GuardReason.FLUTE_EXCESS}": "alarm_flute"}     # display items; else:
 OTHER = "alarm_fault"
 
 
@@ -32,7 +35,7 @@ def causes(pins, inch, auto=True):
     """{kind: sentence} of what is wrong now."""
     found = {}
     reason, code = int(pins["guard_reason"]), int(pins["fault_code"]) if pins["fault"] else 0
-    if reason in (GuardReason.RAPID_CONTACT, GuardReason.FLUTE_EXCESS):
+    if reason in (GuardReason.RAPID_CONTACT, GuardReason.FLUTE_EXCESS, GuardReason.CLAMP_CONTACT):
         found[f"guard {reason}"] = guard_words(pins, inch, auto)
     if reason == GuardReason.OVERRIDE_IGNORED or pins["override_ignored"]:
         found["override"] = override_text()

@@ -30,7 +30,8 @@ NUMBERS = {             # name here: pin
     "peak_rate": FEED + "peak-rate", "cut_time": FEED + "cut-time", "air_time": FEED + "air-time", "rub_time": FEED + "rub-time", "override": FEED + "override", "override_ignored": FEED + "override-ignored",
     "chip": FEED + "chip", "power": FEED + "power", "torque": FEED + "torque",
     "max_chip": FEED + "max-chip", "max_power": FEED + "max-power", "max_torque": FEED + "max-torque",
-    "work": TRACKER + "work-percent", "guard_reason": GUARD + "reason", "guard_line": GUARD + "line", "guard_rapid": GUARD + "guard-rapid",
+    "work": TRACKER + "work-percent",
+    "guard_reason": GUARD + "reason", "guard_clamp": GUARD + "clamp", "guard_part": GUARD + "part", "guard_line": GUARD + "line", "guard_rapid": GUARD + "guard-rapid",
     "guard_flute": GUARD + "guard-flute", "line": INPUTS + "program-line",
     "tool": MONITOR + "tool-number", "tool_assumed": MONITOR + "tool-assumed", "flutes": MONITOR + "tool-flutes", "revolutions": INPUTS + "spindle-speed"}
 LENGTHS = {

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What became of a request to save or restore a stock: the numbers of chipwise-monitor.reply and their meaning.
 
-Who calls it: glue/stock_codes.py (M253, M254), stock/store.py, cli/monitor.py.
+Who calls it: glue/stock_codes.py (M253, M254), glue/clamps.py (M256), stock/store.py, cli/monitor.py.
 """
 
 SLOTS = 10                          # M253 P0..P9
+SET_UPS = 1000                      # M256 P0..P999
 
 IDLE, BUSY, DONE = 0, 1, 2
-NO_STOCK, NO_FILE, BROKEN, OTHER_VERSION, TOO_LARGE, DISK, NO_ANSWER, BAD_SLOT = range(3, 11)
+NO_STOCK, NO_FILE, BROKEN, OTHER_VERSION, TOO_LARGE, DISK, NO_ANSWER, BAD_SLOT, NO_CLAMPS, NOT_TAKEN = range(3, 13)
 REASONS = {     # reply: (what, remedy)
     NO_STOCK: ("no stock is defined", "define it with M250 before"),
     NO_FILE: ("nothing has been saved there", "save a stock with M253 before, or see [CHIPWISE]STOCK_DIR"),
@@ -17,6 +18,8 @@ REASONS = {     # reply: (what, remedy)
     DISK: ("the file cannot be read or written", "see the message in the log, [CHIPWISE]STOCK_DIR, and room on the disk"),
     NO_ANSWER: ("the stock tracker does not hand over its map", "switch the machine on; see whether the servo thread runs"),
     BAD_SLOT: ("there is no such slot", "use P0 to P9"),
+    NO_CLAMPS: ("chipwise-monitor cannot read the set-up", "see the message in the log, and `chipwise clamps show`"),
+    NOT_TAKEN: ("the stock tracker does not take its clamps over", "see whether the servo thread runs; install components and chipwise of one version"),
 }
 
 

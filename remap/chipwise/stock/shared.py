@@ -31,6 +31,7 @@ from chipwise.host.clock import patience
 from chipwise.clib import layout
 from chipwise.clib.core import CELL_DTYPE
 from chipwise.stock.mapped import Mapped, SharedStockError
+from chipwise.stock import clamp_table
 from chipwise.stock.path_done import PathDone
 from chipwise.stock.store import head_of
 
@@ -219,6 +220,11 @@ class SharedStock:
         start = C.sizeof(_Head) + self._capacity * CELL_DTYPE.itemsize
         return PathDone(self._memory, start) if len(self._memory) >= start + C.sizeof(layout.PathDone) else None
 
+    def clamp_table(self):
+        """The ClampTable behind the path done, None where the memory has none.  Close it before this."""
+        start = C.sizeof(_Head) + self._capacity * CELL_DTYPE.itemsize + C.sizeof(layout.PathDone)
+        return clamp_table.ClampTable(self._memory, start) if len(self._memory) >= start + clamp_table.SIZE else None
+
     def part(self, cells, definitions, tries=PART_TRIES):
         """Copy of a part of moment()'s view as it was at one moment of the stock `definitions`, or None."""
         for _ in range(tries):
@@ -296,7 +302,7 @@ def attach(tracker=0, component=None, read_only=False):
     stock = SharedStock(mapped.memory)
     stock._held = (mapped, holder, component) if own else (mapped, holder)
     size = len(mapped.memory)
-    if size != C.sizeof(_Head) + stock.capacity * CELL_DTYPE.itemsize + C.sizeof(layout.PathDone):
+    if size != C.sizeof(_Head) + stock.capacity * CELL_DTYPE.itemsize + C.sizeof(layout.PathDone) + clamp_table.SIZE:
         stock.close()
         raise SharedStockError(f"chipwise: stock map: its head is not {C.sizeof(_Head)} bytes long ({stock.capacity} cells in "
                                f"{size} bytes); use the stock_tracker of this chipwise")

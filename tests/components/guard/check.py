@@ -14,10 +14,14 @@ def check(trace):
         always(trace.only(phase), "inhibit", int(stop or phase == "others inhibit"))
         always(trace.only(phase), "hold", int(stop or phase.startswith("others hold")))
     for phases, values in ((("contact", "contact gone, standing", "flute while stopped"), (7, 12.5, 3.0)),
-                           (("flute",), (9, 0.0, 4.5)), (("deeper", "less deep", "released"), (9, 0.0, 4.75))):
+                           (("flute",), (9, 0.0, 4.5)), (("deeper", "less deep", "released"), (9, 0.0, 4.75)),
+                           (("a feed to a clamp", "at rest before it"), (30, 5.5, 4.25)), (("the next clamp",), (30, 2.5, 4.25))):
         for phase in phases:
             for name, value in zip(("line", "distance", "deepest"), values):
                 always(trace.only(phase), name, value)
+    for phase in ("a feed to a clamp", "at rest before it"):
+        always(trace.only(phase), "clamp", 3)
+        always(trace.only(phase), "part", 1)
 
 
 SABOTAGE = {
@@ -35,6 +39,8 @@ SABOTAGE = {
     "distance NaN": lambda t: t.put("distance", "contact", np.nan),
     "a third of the way each time": lambda t: t.put("stop", "the same stock again", 1, 2),
     "load not guarded": lambda t: t.put("stop", "no load", 0),
+    "the clamp of later": lambda t: t.put("clamp", "at rest before it", 2, 2),
+    "stops no feed": lambda t: t.put("stop", "a feed to a clamp", 0),
     "never stops again": lambda t: t.put("stop", "the next stock", 0),
     "stops again after the release": lambda t: t.put("stop", "release kept down", 1, 2),
 }

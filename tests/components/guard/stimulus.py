@@ -3,7 +3,8 @@
 from support.halrig import Stimulus
 
 NAMES = ("rapid-contact", "flute-excess", "override-ignored", "rapid-distance", "depth", "motion-type", "coord-mode",
-         "program-line", "release", "inhibit-in", "hold-in", "load-stop")
+         "program-line", "release", "inhibit-in", "hold-in", "load-stop",
+         "clamp-contact", "clamp-distance", "clamp-number", "clamp-part")
 PHASES = {      # phase: (inputs, stop, reason)
     "idle": (dict(), 0, 0),
     "moving": ({"motion-type": 1, "coord-mode": 1, "program-line": 7}, 0, 0),
@@ -50,6 +51,12 @@ PHASES = {      # phase: (inputs, stop, reason)
     "no load": ({"load-stop": 1}, 1, 4),
     "load again": ({"load-stop": 0}, 1, 4),
     "at rest again": ({"motion-type": 0}, 0, 0),
+    "a feed to a clamp": ({"motion-type": 2, "program-line": 30, "clamp-contact": 1, "clamp-distance": 5.5, "clamp-number": 3, "clamp-part": 1, "rapid-contact": 1}, 1, 5),
+    "at rest before it": ({"clamp-distance": 0.5, "clamp-number": 2, "clamp-part": 0}, 1, 5),
+    "let past the clamp": ({"release": 1}, 0, 0),
+    "in its clearance": ({"release": 0, "rapid-contact": 0}, 0, 0),
+    "beyond it": ({"clamp-contact": 0}, 0, 0),
+    "the next clamp": ({"clamp-contact": 1, "clamp-distance": 2.5}, 1, 5),
 }
 ROWS = 5
 

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""M256 in chipwise-monitor: the set-up goes into the table whole, or the reply says why not."""
+import ctypes as C
+import math
+
+import pytest
+
+from chipwise.clib import layout
+from chipwise.clib.library import library
+from chipwise.monitor import clamps_in_force
+from chipwise.monitor.messages import clamp_text
+from chipwise.settings import parse_settings
+from chipwise.stock import reasons
+from chipwise.stock.clamp_table import SIZE, ClampTable
+
+SET_UP = "[set_up.2.clamp.jaw]\nbox = [40, -12, -20, 60, -2, 8]\n[set_up.2.clamp.stop]\ncylinder = [0, 60, -20, 30, 10]\n[set_up.3]\n"
+
+
+class Pins(dict):
+    """As the tracker shows them: it takes a table over when the pin is read."""
+
+    def __init__(self, memory, takes=True):
+        super().__init__()
+        self.clamps, self.memory, self.takes = layout.Clamps(), memory, takes
+
+    def __getitem__(self, name):
+        if name == "clamps-taken" and self.takes:
+            library().chip_clamps_take(self.clamps, C.byref(layout.ClampTable.from_buffer(self.memory)))
+            return -1 if self.clamps.refused else self.clamps.seen // 2
+        return super().get(name, 0)
+
+
+@pytest.fixture
+def machine(tmp_path):
+    """(ClampsInForce, its pins, the table)."""
+    path = tmp_path / "clamps.toml"
+    path.write_text(SET_UP)
+    memory = bytearray(SIZE)
+    pins = Pins(memory)
+    return clamps_in_force.ClampsInForce(pins, parse_settings({"CLAMPS": str(path), "CLAMP_CLEARANCE": "1.5"})), pins, ClampTable(memory, 0), path
+
+
+def test_a_set_up_and_none(machine):
+    clamps, pins, table, _path = machine
+    assert clamps.put(table, 2) == reasons.DONE
+    found = pins.clamps.table
+    assert (found.count, found.clearance) == (2, 1.5)
+    jaw, stop = found.clamp[0], found.clamp[1]
+    assert (jaw.x, jaw.y, jaw.half_x, jaw.half_y, jaw.top, jaw.cosine, jaw.sine, jaw.is_round) == (50, -7, 10, 5, 8, 1, 0, 0)
+    assert (stop.x, stop.y, stop.half_x, stop.half_y, stop.top, stop.is_round) == (0, 60, 5, 5, 30, 1)
+    assert clamps.name(2) == "clamp stop of set-up 2" and clamps.name(3) == "clamp 3 of the set-up in force"
+    for number in (3, 0):
+        assert clamps.put(table, number) == reasons.DONE and found.count == 0
+
+
+def test_what_is_refused_changes_nothing(machine, monkeypatch, capsys):
+    clamps, pins, table, path = machine
+    clamps.put(table, 2)
+    path.write_text("[set_up.2.clamp.jaw]\nbox = [40]\n")
+    assert clamps.put(table, 2) == reasons.NO_CLAMPS and "box is not 6 numbers" in capsys.readouterr().out
+    path.write_text(SET_UP)
+    monkeypatch.setattr(clamps_in_force, "TAKEN_S", 0.0)
+    pins.takes = False
+    assert clamps.put(table, 3) == reasons.NOT_TAKEN
+    assert pins.clamps.table.count == 2 and clamps.name(1) == "clamp jaw of set-up 2"
+    assert clamps.put(None, 2) == reasons.NOT_TAKEN
+    assert reasons.NO_CLAMPS in reasons.REASONS and reasons.NOT_TAKEN in reasons.REASONS
+
+
+def test_a_writer_that_was_killed(machine):
+    """It has left the generation odd: the next one is taken over all the same."""
+    clamps, pins, table, _path = machine
+    raw = layout.ClampTable.from_buffer(pins.memory)
+    raw.generation, raw.count, raw.clearance = 7, 3, math.nan
+    assert clamps.put(table, 2) == reasons.DONE and pins.clamps.table.count == 2
+
+
+def test_the_message():
+    said = clamp_text("clamp jaw of set-up 2", 1, 3.1, 57, 3, "mm")
+    assert said.startswith("move stopped 3.10 mm before the holder comes too near to clamp jaw of set-up 2 (line 57, tool 3); press Stop")
+    assert clamp_text("clamp 1", 0, 0.5, 0, 3, "in").startswith("move stopped 0.5000 in before the tool or its shank comes too near to clamp 1 (MDI, tool 3);")
