@@ -25,7 +25,7 @@ SPEAKERS = {
     'ClusterError': (0,), '_Failed': (0,), 'SessionError': (0,), 'RunError': (0,), 'SharedStockError': (0,), 'CoreError': (0,), 'LibraryError': (0,), 'Rs274Error': (0,),
     'SystemExit': (0,), 'say': (0,), 'inform': (0,), 'tell': (0,), 'MESSAGE': (0,), 'error': (0,), 'print': (0,)}
 LOUD = {'print', 'error', 'SystemExit'}         # these count only if the text begins with the name of a command
-TABLES = ('FAULTS', 'REASONS', 'PATH_REFUSALS')                  # {number: text} or {number: (fact, remedy)}
+TABLES = ('FAULTS', 'REASONS', 'PATH_REFUSALS', 'LOAD_ALARMS')                  # {number: text} or {number: (fact, remedy)}
 TEXTS = ('guard_text', 'clamp_text', 'slow_text', 'override_text', 'message_of', 'of_unexpected', 'forgetful', 'running', '_rate_note')            # functions that return a message
 NOTES = re.compile(r'note')                     # functions that make (text, values)
 FINDING = 'said'                                # the variable of Finding.said()

@@ -21,6 +21,9 @@ SECTION = "CHIPWISE"
 MIN_ANGLE = 0.1
 _ANGLE_RULE = f"an angle from {MIN_ANGLE:g} to 90 degrees"
 
+# What an alarm of the spindle's load does, in the order of chip_load_action
+LOAD_ACTIONS = ("say", "hold", "slow")
+
 # Minimum chop size, mm; far below what any kerf leaves
 MIN_CHOP_SIZE = 0.1
 
@@ -133,6 +136,9 @@ SETTINGS = {
     "DEFAULT_CHIP": Setting(True, "", _switch, lambda v: True, "yes or no"),
     "SPINDLE_POWER": Setting((), "W", _powers, lambda v: True, "a power above 0, or up to 8 points 1/min:W with rising speeds"),
     "SPINDLE_TORQUE": Setting(0.0, "Nm", _number, lambda v: 0 <= v <= 1e4, "a torque from 0 (none) to 10000 Nm"),
+    "SPINDLE_LOAD_SCALE": Setting(1.0, "W", _number, lambda v: 0 <= v <= 1e6, "a power from 0 (not measured) to 1000000 W"),
+    "SPINDLE_LOAD_ACTION": Setting("say", "", str.lower, lambda v: v in LOAD_ACTIONS, "say, hold or slow"),
+    "SPINDLE_LOADS": Setting("spindle_loads.toml", "path", str, lambda v: v != "", "the path of a TOML file"),
     "RECOVERY": Setting(0.0, "mm/s2", _number, lambda v: v >= 0, "an acceleration of 0 mm/s2 (at once) or more"),
     "DEADBAND": Setting(0.0, "", _number, lambda v: 0 <= v <= 1, "a share from 0 to 1"),
     "APPROACH_ANGLE": Setting(30.0, "deg", _number, lambda v: MIN_ANGLE <= v <= 90, _ANGLE_RULE),

@@ -55,7 +55,7 @@ def watched(monkeypatch):
     fake = types.SimpleNamespace(error=Refusing, stat=Status, command=Command, INTERP_IDLE=1)
     monkeypatch.setitem(sys.modules, 'linuxcnc', fake)
     pins = dict.fromkeys(('tool-number', 'tool-followed', 'tool-in-spindle', 'heartbeat', 'fault', 'fault-code', 'limited-by', 'ready', 'certain', 'stock-defined', 'tool-assumed', 'job-stock', 'job-target', 'job-active',
-                          'override-ignored', 'guard-reason', 'guard-depth', 'request', 'adaptive-off', 'feed-override', 'load-lost', 'mode', 'new-part', 'parts', 'path-refused'), 0)
+                          'override-ignored', 'guard-reason', 'guard-depth', 'request', 'adaptive-off', 'feed-override', 'load-lost', 'mode', 'new-part', 'parts', 'path-refused', 'load-alarm', 'load-cuts', 'load-ratio', 'load-cut-factor'), 0)
     pins['tool-in-spindle'] = 1
     watcher = module.Monitor(pins, parse_settings({}))
     monkeypatch.setattr(watcher.stock_files, 'attach', lambda: None)

@@ -26,7 +26,7 @@ from chipwise.host.halcmd import halcmd, halcmds, pins, signal_of, thread_functi
 from chipwise.ini import Ini, file_name, limits_jerk
 from chipwise.host.processes import is_ours, shared_memory
 from chipwise.monitor.start_line import forgetful
-from chipwise.settings import load_settings
+from chipwise.settings import LOAD_ACTIONS, load_settings
 from chipwise.clib.layout import STOCK_MAGIC, Cell
 from chipwise.clib.work_trial import choose
 from chipwise.tool_data.table import diameters
@@ -154,6 +154,7 @@ def feed_parameters(ini, settings, units, acceleration):
         'plunge-vel': settings['PLUNGE_FEED'] / 60 * units,
         'max-chip-thickness': settings['MAX_CHIP'],
         'max-torque': settings['SPINDLE_TORQUE'],
+        'spindle-load-scale': settings['SPINDLE_LOAD_SCALE'],
         'recover-accel': settings['RECOVERY'] * units,
         'deadband': settings['DEADBAND'],
         'max-jerk': planner_jerk(ini),
@@ -278,6 +279,7 @@ def load(ini, settings):
             ('setp', 'stock-tracker.0.air-clearance', f"{settings['AIR_CLEARANCE'] * units:.9g}"),
             ('setp', 'stock-tracker.0.feed-output', f"{settings['ANALOG_OUT'] + 2}"),
             ('setp', 'stock-tracker.0.max-jerk', f'{planner_jerk(ini):.9g}'),
+            ('setp', 'volumetric-feed.0.load-action', f"{LOAD_ACTIONS.index(settings['SPINDLE_LOAD_ACTION'])}"),
             *(('setp', f'volumetric-feed.0.{name}', f'{value:.17g}')
               for name, value in feed_parameters(ini, settings, units, acceleration).items()),
             *(('setp', f'stock-tracker.0.acceleration-{axis}', f'{value:.9g}')

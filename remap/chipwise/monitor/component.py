@@ -16,7 +16,7 @@ def make_component():
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
     for name in ('tool-number', 'tool-followed', 'heartbeat', 'program-loaded', 'program-mark', 'job-stock', *known.PINS):
         component.newpin(name, hal.HAL_S32, hal.HAL_OUT)
-    for name in ('tool-max-rate', 'tool-flutes', 'max-chip', 'min-chip', 'max-power', 'specific-force', 'force-exponent'):
+    for name in ('tool-max-rate', 'tool-flutes', 'max-chip', 'min-chip', 'max-power', 'specific-force', 'force-exponent', 'load-factor'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
     component.newpin('adaptive-off', hal.HAL_BIT, hal.HAL_OUT)
     component.newpin('feed-override', hal.HAL_FLOAT, hal.HAL_OUT)
@@ -29,9 +29,9 @@ def make_component():
         component.newpin(name, hal.HAL_BIT, hal.HAL_OUT)
     for name in ('ready', 'fault', 'load-lost', 'override-ignored', 'held', 'stock-defined', 'certain', 'job-active', 'feed-carried', 'new-part'):
         component.newpin(name, hal.HAL_BIT, hal.HAL_IN)
-    for name in ('guard-distance', 'guard-depth', 'mrr-target'):
+    for name in ('guard-distance', 'guard-depth', 'mrr-target', 'load-cut-factor', 'load-ratio'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)
-    for name in ('fault-code', 'limited-by', 'mode', 'request', 'slot', 'guard-reason', 'guard-line', 'tool-in-spindle', 'run-end', 'path-refused', 'guard-clamp', 'guard-part', 'clamps-taken'):
+    for name in ('fault-code', 'limited-by', 'mode', 'request', 'slot', 'guard-reason', 'guard-line', 'tool-in-spindle', 'run-end', 'path-refused', 'guard-clamp', 'guard-part', 'clamps-taken', 'load-alarm', 'load-cuts'):
         component.newpin(name, hal.HAL_S32, hal.HAL_IN)
     if dead:
         takeover.take_over(component, dead, hal.get_value)

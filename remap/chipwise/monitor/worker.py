@@ -26,6 +26,7 @@ from chipwise.monitor.messages import FAULTS, clamp_text, guard_text, override_t
 from chipwise.monitor.saying import Saying
 from chipwise.monitor.set_up import SetUp
 from chipwise.monitor.shadow import Shadow
+from chipwise.monitor.spindle_load import SpindleLoad
 from chipwise.monitor.spindle_tool import SpindleTool
 from chipwise.monitor.start_line import Quiet, StartLine
 from chipwise.monitor.stock_files import StockFiles
@@ -80,6 +81,7 @@ class Monitor(SpindleTool):
         self.set_up = SetUp(component, settings, self.stock_files, ini, self.inform, self.working, is_remapped)
         self.saying = Saying(self.inform)
         self.limits = Limits(component, settings, self.saying)
+        self.spindle_load = SpindleLoad(component, settings, self.say, self.inform)
         self.loaded = LoadedProgram(self.inform, is_remapped, self.limits)
         self.carried_feed = CarriedFeed(component, self.inform, is_remapped)
         self.hints = Hints(component, self.say, self.inform, linuxcnc)
@@ -234,6 +236,11 @@ class Monitor(SpindleTool):
                                 unit))
         self.said_guard = reason
 
+    def follow_spindle(self, _now):
+        material = self.limits.material
+        self.spindle_load.follow(material.name if material else '', lambda: self.status.motion_line if self.status.task_mode == self.linuxcnc.MODE_AUTO else 0)
+        self.spindle_load.saying.speak(self.linuxcnc)
+
     def report_restart(self, _now):
         """Report that the child before has died."""
         if self.died:
@@ -287,7 +294,7 @@ class Monitor(SpindleTool):
         if self.connect():
             for part, work in (('greet the operator', self.greet), ('report its restart', self.report_restart), ('follow the run', self.follow_run),
                                ('watch the override', self.follow_override), ('follow the tool', self.follow_tool), ('report what a guard stopped', self.follow_guard),
-                               ('report faults', self.follow_faults), ('report what became of M251', self.follow_load), ('look at the program', self.follow_program), ('look at the realtime side', self.hints.follow),
+                               ('report faults', self.follow_faults), ("follow the spindle's load", self.follow_spindle), ('report what became of M251', self.follow_load), ('look at the program', self.follow_program), ('look at the realtime side', self.hints.follow),
                                ('save and restore the stock', self.stock_files.step)):
                 now = time.monotonic()
                 try:
