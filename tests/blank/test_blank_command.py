@@ -131,7 +131,7 @@ def test_the_log_of_the_sub(tmp_path):
     ("1 2 3\nfoo\n", "is not a list of points"), ("0 0 5\n10 0 5\n", "2 points are not enough"), ("0 0 nan\n" * 9, "the height map is one line of points"),
     ("0 0 5\n10 0 5\n0 10 9\n", "the point X0.000 Y10.000 Z9.000 is above the top of the blank, Z8.000; raise the top"),
     ("0 0 5\n10 0 5\n0 10 -1\n", "is below the bottom of the blank, Z0.000; lower the bottom"),
-    ("100 0 5\n110 0 5\n100 10 5\n", "no point is on the blank; compare --stock with the points")])
+    ("100 0 5\n110 0 5\n100 10 5\n", "no point is on the blank; compare the corners of the blank with the points")])
 def test_files_that_are_refused(tmp_path, monkeypatch, capsys, text, words):
     monkeypatch.delenv("INI_FILE_NAME", raising=False)
     path = tmp_path / "p.xyz"

@@ -58,6 +58,6 @@ def test_the_stock_of_the_program_wins_with_a_word(tmp_path, machine):
 def test_both_missing_things_are_asked_for_at_once(tmp_path, machine):
     text = "G21 G90\nG0 X0 Y0 Z0\nG1 X10 F100\nM2\n"
     status, said, _text = rewrite(tmp_path, machine, text, "--feed", "2")
-    assert status == 2 and "no tool is in the spindle (tool 0)" in said and "--tool-diameter D, add M250, or name the stock with --stock X0" in said
+    assert status == 2 and "no tool is in the spindle (tool 0)" in said and "--tool-diameter D, and add M250, or name the stock with --stock X0" in said
     status, said, _text = rewrite(tmp_path, machine, text, "--feed", "2", "--tool-diameter", "6")
     assert status == 2 and "its depth is not known" in said and "--stock X0" in said

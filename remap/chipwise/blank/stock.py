@@ -85,9 +85,9 @@ def _check(points: np.ndarray, low: np.ndarray, high: np.ndarray, error: float) 
     if above.any() or below.any():
         x, y, z = points[np.argmax(above | below)]
         side, limit, remedy = ("above the top", high[2], "raise the top, or the allowance") if above.any() else ("below the bottom", low[2], "lower the bottom")
-        raise CycleError(f"the point X{x:.3f} Y{y:.3f} Z{z:.3f} is {side} of the blank, Z{limit:.3f}", f"{remedy}, in --stock")
+        raise CycleError(f"the point X{x:.3f} Y{y:.3f} Z{z:.3f} is {side} of the blank, Z{limit:.3f}", f"{remedy}, in the corners of the blank")
     if not ((points[:, :2] >= low[:2]) & (points[:, :2] <= high[:2])).all(axis=1).any():
-        raise CycleError("no point is on the blank", "compare --stock with the points: both have the same zero")
+        raise CycleError("no point is on the blank", "compare the corners of the blank with the points: both have the same zero")
 
 
 def _figures(head: store.Head, cells: np.ndarray, found: Blank, count: int, cell: float) -> Probed:
