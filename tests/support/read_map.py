@@ -2,7 +2,7 @@
 """Reads the map of a running tracker; what it saw goes into NAME.json in the current folder.
 
 Called by test_load.py inside HAL: read_map.py TRACKER once|follow NAME
-`follow`: from NAME.ready on until a stock has been there and has not changed for 0.3 s.
+`follow`: from NAME.ready on until a stock has been there and has not changed for STILL_S.
 """
 import json
 import sys
@@ -12,7 +12,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "remap"))
 from chipwise.stock.shared import attach                # noqa: E402
 
-STILL_S, GIVE_UP_S = 0.3, 20.0
+STILL_S, GIVE_UP_S = 2.0, 40.0       # a busy computer lets the servo thread wait, too
 
 
 def missing_mm3(seen):
