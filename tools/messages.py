@@ -12,6 +12,7 @@ Called by tests/docs/test_docs.py.
 
 import argparse
 import difflib
+import glob
 import os
 import re
 import sys
@@ -25,13 +26,13 @@ SECTIONS = (                                    # (beginning of the path, headin
     ('components/', 'Realtime components'),
     ('remap/chipwise/rewrite/', 'chipwise rewrite'),
     ('remap/chipwise/cli/rewrite', 'chipwise rewrite'),
-    ('remap/chipwise/check/', 'chipwise check'), ('remap/chipwise/assumed/', 'chipwise check'),
+    ('remap/chipwise/check/', 'chipwise check'), ('remap/chipwise/host/temp_folder', 'chipwise check'),
     ('remap/chipwise/batch/', 'chipwise check'), ('remap/chipwise/clamps/', 'chipwise check'),
     ('remap/chipwise/setup/', 'chipwise setup'), ('remap/chipwise/cli/setup', 'chipwise setup'),
-    ('remap/chipwise/own_folder', 'chipwise check'),
-    ('remap/chipwise/program_code', 'chipwise check'),
+    ('remap/chipwise/resume/', 'chipwise resume'), ('remap/chipwise/cli/resume', 'chipwise resume'),
+    ('remap/chipwise/importing/', 'chipwise import'), ('remap/chipwise/cli/import', 'chipwise import'),
     ('remap/chipwise/cli/check', 'chipwise check'),
-    ('remap/chipwise/cli/machine_options', 'chipwise check'),
+    ('remap/chipwise/options/', 'chipwise check'),
     ('remap/chipwise/cli/filter', 'Filter'),
     ('remap/chipwise/filter/', 'Filter'),
     ('remap/chipwise/turning/', 'chipwise turn'),
@@ -43,23 +44,23 @@ SECTIONS = (                                    # (beginning of the path, headin
     ('remap/chipwise/panel/colours', 'Entry and colours'),
     ('remap/chipwise/drawing/entered', 'Entry and colours'),
     ('remap/chipwise/cli/load', 'Start of LinuxCNC'),
-    ('remap/chipwise/fit', 'Start of LinuxCNC'),
+    ('remap/chipwise/host/fit', 'Start of LinuxCNC'),
     ('remap/chipwise/cli/python_section', 'Start of LinuxCNC'),
     ('remap/chipwise/cli/monitor', 'While the machine runs'),
     ('remap/chipwise/monitor/', 'While the machine runs'),
     ('remap/chipwise/cli/', 'Other commands'),
     ('remap/chipwise/machine/', 'Other commands'),
     ('remap/chipwise/headless/', 'Other commands'),
-    ('remap/chipwise/sandbox', 'Other commands'),
+    ('remap/chipwise/digitise/', 'Other commands'), ('remap/chipwise/link/', 'Other commands'),
     ('bin/', 'Other commands'),
-    ('remap/chipwise/stock/', 'Stock and stock files'),
-    ('remap/chipwise/contour_sub', 'Contour subs'),
+    ('remap/chipwise/stock/', 'Stock and stock files'), ('remap/chipwise/blank/', 'Stock and stock files'),
+    ('remap/chipwise/contour_sub', 'Contour subs'), ('remap/chipwise/program/find_sub', 'Contour subs'),
+    ('remap/chipwise/program/sub_process', 'Contour subs'), ('remap/chipwise/program/', 'chipwise check'),
     ('remap/chipwise/geometry/', 'Contour subs'),
     ('remap/chipwise/settings', 'Settings and tool geometry'),
     ('remap/chipwise/ini', 'Settings and tool geometry'),
     ('remap/chipwise/tool', 'Settings and tool geometry'),
-    ('remap/chipwise/materials', 'Settings and tool geometry'),
-    ('remap/chipwise/files', 'Settings and tool geometry'),
+    ('remap/chipwise/host/', 'Settings and tool geometry'),
     ('remap/chipwise/glue/stock_codes', 'M250 to M254'),
     ('remap/chipwise/glue/volumetric', 'M250 to M254'),
     ('remap/chipwise/glue/workpiece', 'M250 to M254'),
@@ -68,6 +69,11 @@ SECTIONS = (                                    # (beginning of the path, headin
 
 def section_of(path):
     return next(heading for beginning, heading in SECTIONS if path.startswith(beginning))
+
+
+def strangers():
+    """[beginning of a path in SECTIONS that no file has any more]."""
+    return [beginning for beginning, _heading in SECTIONS if not glob.glob(os.path.join(ROOT, beginning + '*'))]
 
 
 # ---- the catalogue -----------------------------------------------------------------------------------------------

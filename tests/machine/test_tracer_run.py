@@ -126,7 +126,7 @@ def at_abort(rows):
 
 @pytest.fixture(scope="module")
 def stopped(tmp_path_factory):
-    """A busy computer may serve the abort or the pause late, between two lines, where nothing has to brake and the head is up: then all is done again."""
+    """A busy computer may serve the abort or the pause late, between two lines, when nothing has to brake and the head is up: then all is done again."""
     for _ in range(4):
         answers, rows = trace(tmp_path_factory.mktemp("stops"), STOPS)
         if np.linalg.norm(velocities(rows[at_abort(rows) - 5:][:2])) > BRAKES_FROM_MM_S and number(answers[23])[1] == STATE.TRACE:
