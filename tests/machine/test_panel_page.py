@@ -83,17 +83,19 @@ def test_the_log_of_operations(tmp_path):
                       edit=f's#^PANEL = yes#PANEL = yes\\nPANEL_LOG = {tmp_path}/load.csv#')
     assert answers[1] == []
     with open(tmp_path / 'load_operations.csv', newline='', encoding='utf-8') as file:
-        rows = list(csv.DictReader(file))
+        every = list(csv.DictReader(file))
+    # a busy computer looks late: what was cut until then counts for the operation after it, which can be one in air, whose peak is 0
+    rows = [row for row in every if float(row['peak_cm3_min']) > 0]
     assert [(row['code'], row['line'], row['tool'], row['mode']) for row in rows] == [
         ('G13', '7', '1', 'off'), ('G13', '8', '1', 'off'), ('', '12', '1', 'limit'), ('', '14', '1', 'off'), ('', '19', '2', 'off')]
-    assert [row['operation'] for row in rows] == list('12345') and {row['complete'] for row in rows} == {'yes'}
+    assert [row['operation'] for row in every] == list('1234567'[:len(every)]) and {row['complete'] for row in every} == {'yes'}
     slot, end = rows[2:4]
     assert (slot['reference_cm3_min'], slot['limited_by'], end['reference_cm3_min'], end['limited_by']) == ('6.0', 'stock', '', 'nothing')
-    # a busy computer looks late: what was cut until then counts for the operation after it, so the mean can be lower, and the peak not
+    # so the mean can be lower, and the peak not
     assert float(slot['peak_cm3_min']) == pytest.approx(6, rel=0.1) and float(end['mean_cm3_min']) < float(slot['mean_cm3_min']) < 6.6
     for row in rows:
         assert float(row['mean_cm3_min']) == pytest.approx(60 * float(row['removed_cm3']) / float(row['cutting_s']), rel=0.03), row
-    assert sum(float(row['removed_cm3']) for row in rows) == pytest.approx(float(answers[3][0]) / 1000, rel=0.02)
+    assert sum(float(row['removed_cm3']) for row in every) == pytest.approx(float(answers[3][0]) / 1000, rel=0.02)
 
 
 def test_a_rapid_into_stock_is_an_alarm(tmp_path):
