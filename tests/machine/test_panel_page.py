@@ -68,9 +68,9 @@ def test_numbers_and_heights_while_it_cuts(tmp_path):
 def test_the_stock_before_a_program(tmp_path):
     """A program without a stock of its own begins with that of the last one; the same program with its M250 again with a whole one."""
     other = 'G21 G90\nF600\nG0 Z5\nG0 X0\nG1 X50\nM2\n'
-    answers = operate(tmp_path, [['start', SLOT], ['finish'], ['start', other], ['until', X, '>', 5], look(), ['finish'],
-                                 ['start', SLOT], ['until', X, '>', 5], look(), ['abort']])
-    assert seen(answers[4])['before'] == math.ceil(40 / CELL_MM) * math.ceil(60 / CELL_MM) and seen(answers[8])['before'] == 0
+    answers = operate(tmp_path, [['start', SLOT], ['finish'], ['start', other], ['until', X, '<', 5], ['until', X, '>', 5], look(), ['finish'],
+                                 ['start', SLOT], ['until', X, '<', 5], ['until', X, '>', 5], look(), ['abort']])
+    assert seen(answers[5])['before'] == math.ceil(40 / CELL_MM) * math.ceil(60 / CELL_MM) and seen(answers[10])['before'] == 0
 
 
 # Two holes, a slot with the volumetric feed and its end without, and a slot of another tool
