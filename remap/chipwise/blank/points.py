@@ -16,6 +16,7 @@ import numpy as np
 
 from chipwise.errors import MM_PER_INCH, CycleError
 from chipwise.host.files import read_bytes
+from chipwise.program.records import Frame
 from chipwise.surface import height_map_file
 
 LOG = "chipwise probe"          # the first line of the sub's log
@@ -33,10 +34,9 @@ class Place:
     rotation: float = 0.0
 
     def machine(self, points: np.ndarray) -> np.ndarray:
-        """Points (n, 3), mm, work coordinates -> machine coordinates of the tool's tip: G92, then the rotation about the offset's zero, then the offset."""
-        c, s = math.cos(math.radians(self.rotation)), math.sin(math.radians(self.rotation))
-        x, y, z = (np.asarray(points, float) + self.g92).T
-        return np.column_stack((c * x - s * y, s * x + c * y, z)) + self.g5x
+        """Points (n, 3), mm, work coordinates -> machine coordinates of the tool's tip."""
+        frame = Frame(math.radians(self.rotation), self.g5x, self.g92)
+        return np.column_stack(frame.to_machine(np.asarray(points, float).T))
 
 
 @dataclass

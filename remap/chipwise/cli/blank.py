@@ -15,7 +15,7 @@ import os
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import MM_PER_INCH, CycleError, printable, unnamed
 from chipwise.options.machine import refuser
-from chipwise.options.slots import path_of, settings_of, slots
+from chipwise.options.slots import check_name, path_of, settings_of
 from chipwise.stock import reasons
 
 NAME = 'blank'
@@ -71,8 +71,7 @@ def check(options):
         values = getattr(options, name) or []
         if not all(math.isfinite(value) and abs(value) <= FARTHEST for value in values):
             refuse(f'--{name} {" ".join(f"{value:g}" for value in values)} is not from {-FARTHEST:g} to {FARTHEST:g}')
-    if options.output not in slots() and not options.output.endswith('.stock'):
-        refuse(f'{options.output} is neither FILE.stock nor a slot from 0 to {reasons.SLOTS - 1}')
+    check_name(options.output, refuse)
 
 
 def made(options, settings):

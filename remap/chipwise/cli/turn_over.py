@@ -14,7 +14,7 @@ import math
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import CycleError, printable, unnamed
 from chipwise.options.machine import refuser
-from chipwise.options.slots import path_of, settings_of, slots
+from chipwise.options.slots import check_name, path_of, settings_of
 from chipwise.stock import reasons
 
 NAME = 'turn-over'
@@ -65,8 +65,7 @@ def check(options):
         refuse(f'--corner {" ".join(f"{value:g}" for value in options.corner)} is not from {-FARTHEST:g} to {FARTHEST:g}')
     if options.allowance is not None and not 0 <= options.allowance <= MOST_ALLOWANCE:
         refuse(f'--allowance {options.allowance:g} is not from 0 to {MOST_ALLOWANCE:g}')
-    if options.output not in slots() and not options.output.endswith('.stock'):
-        refuse(f'{options.output} is neither FILE.stock nor a slot from 0 to {reasons.SLOTS - 1}')
+    check_name(options.output, refuse)
 
 
 def turned(options, source, target):

@@ -14,6 +14,12 @@ def slots():
     return [str(slot) for slot in range(reasons.SLOTS)]
 
 
+def check_name(name, refuse):
+    """Refuse what is neither a stock file nor a slot."""
+    if name not in slots() and not name.endswith('.stock'):
+        refuse(f'{name} is neither FILE.stock nor a slot from 0 to {reasons.SLOTS - 1}')
+
+
 def settings_of(ini, names, refuse):
     """The settings of the machine, None if none is named and none of the names is a slot.  Raises CycleError."""
     if ini or os.environ.get('INI_FILE_NAME'):

@@ -42,7 +42,7 @@ class Frame:
         return cls(values[0], tuple(values[1:4]), tuple(values[4:7]))
 
     def to_machine(self, p):
-        """(3,) work -> machine coordinates."""
+        """(3,), or (3, n), work -> machine coordinates."""
         x, y, z = (a + b for a, b in zip(p, self.g92))
         c, s = math.cos(self.turn), math.sin(self.turn)
         return x * c - y * s + self.offset[0], x * s + y * c + self.offset[1], z + self.offset[2]

@@ -217,12 +217,16 @@ class SharedStock:
 
     def path_done(self):
         """The PathDone behind the cells, None where the memory has none; it ends with close()."""
-        start = C.sizeof(_Head) + self._capacity * CELL_DTYPE.itemsize
+        start = self._end_of_cells()
         return PathDone(self._memory, start) if len(self._memory) >= start + C.sizeof(layout.PathDone) else None
+
+    def _end_of_cells(self):
+        """Bytes in front of what follows the cells."""
+        return C.sizeof(_Head) + self._capacity * CELL_DTYPE.itemsize
 
     def clamp_table(self):
         """The ClampTable behind the path done, None where the memory has none.  Close it before this."""
-        start = C.sizeof(_Head) + self._capacity * CELL_DTYPE.itemsize + C.sizeof(layout.PathDone)
+        start = self._end_of_cells() + C.sizeof(layout.PathDone)
         return clamp_table.ClampTable(self._memory, start) if len(self._memory) >= start + clamp_table.SIZE else None
 
     def part(self, cells, definitions, tries=PART_TRIES):
@@ -302,7 +306,7 @@ def attach(tracker=0, component=None, read_only=False):
     stock = SharedStock(mapped.memory)
     stock._held = (mapped, holder, component) if own else (mapped, holder)
     size = len(mapped.memory)
-    if size != C.sizeof(_Head) + stock.capacity * CELL_DTYPE.itemsize + C.sizeof(layout.PathDone) + clamp_table.SIZE:
+    if size != stock._end_of_cells() + C.sizeof(layout.PathDone) + clamp_table.SIZE:
         stock.close()
         raise SharedStockError(f"chipwise: stock map: its head is not {C.sizeof(_Head)} bytes long ({stock.capacity} cells in "
                                f"{size} bytes); use the stock_tracker of this chipwise")

@@ -17,6 +17,7 @@ HEAD = ("# Measured over predicted power of the spindle, by tool and material. c
         "# Delete a line, a tool or the file, and the next cut teaches it again.\n")
 LEAST, MOST = 0.02, 50.0
 
+
 def read(path: str) -> dict:
     """{(tool number, name of the material): factor}, {} without a file.  Raises CycleError that names it."""
     found = {}
