@@ -25,6 +25,7 @@ SLOT = BEGIN + 'G0 X-10 Y20 Z5\nG0 Z-2\nG1 X70\nG0 Z5\nM252\nM2\n'
 FEED, BY, VELOCITY, VOLUME, TYPE = ('volumetric-feed.0.adaptive-feed', 'volumetric-feed.0.limited-by',
                                     'motion.current-vel', 'stock-tracker.0.removed-volume', 'motion.motion-type')
 OVERRIDE_IGNORED = 'volumetric-feed.0.override-ignored'
+MODE = 'volumetric-feed.0.mode'
 X = 'axis.x.pos-cmd'
 MILL = Shared('unknown')
 STEPS = Shared('unknown steps')      # of its own: after the last step LinuxCNC 2.9 may pause the first move that comes, also one of MDI
@@ -162,11 +163,11 @@ BOTH_MODES = SLOT, SLOT.replace('P2 E3000', 'P1').replace('F300', 'F1500')
 @pytest.mark.parametrize('override', [0.5, 1.5])
 @pytest.mark.scene(MILL, lambda override: [step for start in BOTH_MODES for step in (
     ['mdi', BOX], ['feed override', override], ['start', start], ['until', VOLUME, '>', 200],
-    ['over', 0.5, VELOCITY, OVERRIDE_IGNORED], ['finish'], ['pins', VOLUME, OVERRIDE_IGNORED])])
+    ['over', 0.5, VELOCITY, OVERRIDE_IGNORED, FEED, BY, MODE], ['finish'], ['pins', VOLUME, OVERRIDE_IGNORED])])
 def test_feed_override_of_the_operator(answers, override):
     """Modes 1 and 2 at 50 % and 150 %: the velocity follows, no override counts as ignored."""
     for over, end, last in (answers[4:7], answers[11:14]):
-        assert over[0] == pytest.approx([override * SLOT_VEL] * 2, rel=0.03) and over[1][1] == 0
+        assert over[0] == pytest.approx([override * SLOT_VEL] * 2, rel=0.03) and over[1][1] == 0, over     # with what the feed was limited by
         assert end == []
         assert values(last) == [pytest.approx(WHOLE, rel=0.003), 0.0]
 
