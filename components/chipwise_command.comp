@@ -19,7 +19,9 @@ FALSE) and when the program that has switched it on ends (
 .B program-running
 FALSE: end, abort, error, E-stop), is aborted (
 .B aborted
-TRUE, also if chipwise-monitor is late or dead) or is not seen for a second. A feed switched on in MDI ends when a program starts. If
+TRUE, also if chipwise-monitor is late or dead) or is not seen while nothing moves for a second (
+.B current-vel
+). A feed switched on in MDI ends when a program starts. If
 .B program-mark
 is what it was when the feed was switched on, and not 0, that program has the feed as if it had switched it on itself:
 .B feed-carried
@@ -56,6 +58,7 @@ pin out si32 mode "register 11, as of the last commit: mode of volumetric_feed(9
 pin in bool enabled = 1 "motion.motion-enabled";
 pin in bool program_running "chipwise-monitor.program-running: TRUE while a program runs, not MDI";
 pin in si32 program_mark "chipwise-monitor.program-mark: checksum of path and state of the loaded program; 0: none";
+pin in real current_vel "motion.current-vel, machine units/s: 0 while nothing moves";
 pin in bool aborted "stock-tracker.N.aborted: TRUE for the period in which motion gets the command to abort";
 pin in bool stock_defined "stock-tracker.N.stock-defined";
 pin in bool certain = 1 "stock-tracker.N.certain; FALSE: the stock is assumed, and none to the codes";
@@ -97,19 +100,20 @@ see_also "stock_tracker(9), volumetric_feed(9)";
 include "registers.h";
 ;;
 
-#define UNSEEN_S 1.0            /* longer than chipwise-monitor may take to see a program begin */
+#define UNSEEN_S 1.0            /* of rest, longer than chipwise-monitor may take to see a program begin */
 
 /* Whether the feed has to end: the machine is off, its program is over or aborted, or a program starts after MDI. */
 static int feed_is_over(struct __comp_state *__comp_inst, long period)
 {
-    int starts = program_running && !was_running, ends = !program_running && was_running;
+    int starts = program_running && !was_running, ends = !program_running && was_running,
+        moves = current_vel > 0.0; /* nothing has ended then; the processor may have been busy with other things */
     was_running = program_running;
     is_started = starts;
     is_stopped = !starts && (is_stopped || (program_running && (aborted || !enabled)));
     if (starts) run_end_set(CHIP_RUN_GOES_ON);
     if (ends) run_end_set(is_stopped ? CHIP_RUN_STOPPED : CHIP_RUN_WHOLE);
     feed_decided_set(starts || aborted || !enabled);
-    unseen_for = program_running ? 0.0 : unseen_for + fperiod;
+    unseen_for = program_running || moves ? 0.0 : unseen_for + fperiod;
     if (starts) {                       /* once: the feed belongs to this program from here on */
         feed_carried_set(!of_program && mode != 0 && mark_of_feed != 0 && mark_of_feed == program_mark);
         of_program = of_program || feed_carried;

@@ -7,7 +7,7 @@ WANTED = {
     "program on": ON, "program over": OFF, "the next program": OFF,
     "off: before": ON, "off": OFF, "on again": OFF, "mdi": ON, "mdi, program starts": OFF, "mdi, program over": OFF,
     "mdi again": ON, "mdi, off": OFF, "never seen to run": ON, "never seen, over": OFF, "seen late: before": ON,
-    "seen late": ON}
+    "seen late": ON, "never seen, moves": ON, "never seen, at rest: before": ON, "never seen, at rest": OFF}
 
 
 def check(trace):
@@ -25,6 +25,7 @@ def check(trace):
 SABOTAGE = {
     "never over": lambda t: t.put("mode", "program over", 2, -1),
     "over too soon": lambda t: t.put("mode", "never seen to run", 0, -1),
+    "over in a cut": lambda t: t.put("mode", "never seen, moves", 0, -1),
     "on again by the old commit": lambda t: t.put("mode", "on again", 2, -1),
     "MDI ends by itself": lambda t: t.put("mode", "mdi", 0, -1),
     "MDI outlives the start": lambda t: t.put("mode", "mdi, program starts", 2, 3),

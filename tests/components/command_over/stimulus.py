@@ -7,7 +7,7 @@ MDI, PROGRAM = 0.0, 1.0
 
 
 def stimulus():
-    rows = Stimulus({"word": [], "value": [], "enabled": [], "program-running": [], "aborted": []})
+    rows = Stimulus({"word": [], "value": [], "enabled": [], "program-running": [], "aborted": [], "current-vel": []})
 
     def switch_on(whose, running):
         rows.phase(f"switching {len(rows)}")
@@ -44,6 +44,11 @@ def stimulus():
     switch_on(PROGRAM, 0)
     play("seen late: before", 900)
     play("seen late", 2500, program_running=1)
+    switch_on(PROGRAM, 0)
+    play("never seen, moves", 2500, current_vel=12.5)
+    play("never seen, at rest: before", 990, current_vel=0)
+    play("never seen, at rest: not yet", 30)
+    play("never seen, at rest", 300)
     for commit, end in ((SAVE_COMMIT, {"aborted": 1}), (RESTORE_COMMIT, {"aborted": 1}), (SAVE_COMMIT, {"enabled": 0}), (RESTORE_COMMIT, {"enabled": 0})):
         name = f"file {commit} {'aborted' if 'aborted' in end else 'off'}"
         rows.add({"word": IDLE, "enabled": 1})
