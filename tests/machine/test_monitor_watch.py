@@ -99,3 +99,16 @@ def test_a_busy_machine_is_no_dead_monitor(tmp_path):
         f'T{tool} M6\nG0 X-10 Y{y} Z10\nG0 Z-1\nG1 X70\nG0 Z10\n' for tool, y in ((2, 5), (8, 15), (1, 25), (3, 35))) + 'M252\nM2\n'
     *_, said, state = operate(tmp_path, [['busy', 6], ['start', program], ['finish'], STATE])
     assert said == [] and state[1:3] == ['FALSE', '0']
+
+
+@pytest.mark.parametrize('mode, feed', [('P2 E3000', 300), ('P1', 1500)])
+def test_the_monitor_has_no_time_when_a_program_begins(tmp_path, mode, feed):
+    """SIGSTOP until the slot is half cut, longer than the feed waits for its program to be seen: the rate stays within Q all the same."""
+    program = f'G21 G90 G64 P0.01\nT1 M6\n{BOX[1][1]}\nM251 Q6 {mode}\nF{feed}\nG0 X-10 Y20 Z10\nG0 Z-2\nG1 X70\nG0 Z10\nM252\nM2\n'
+    *_, over, _go, said, state = operate(tmp_path, [
+        *BOX, ['until', READY, '=', 1], ['signal_monitor', 'STOP'], ['start', program], ['until', 'axis.x.pos-cmd', '>', 25],
+        ['over', 0.5, 'motion.current-vel', 'volumetric-feed.0.mode'], ['signal_monitor', 'CONT'], ['finish'], STATE])
+    velocity, modes = over
+    slot = 6 * 1000 / 60 / (6 * 2)          # mm/s of the target
+    assert velocity == pytest.approx([slot] * 2, rel=0.03) and modes[0] == modes[1] > 0
+    assert said == [] and state == WELL

@@ -172,18 +172,6 @@ def test_feed_override_of_the_operator(answers, override):
         assert values(last) == [pytest.approx(WHOLE, rel=0.003), 0.0]
 
 
-@pytest.mark.parametrize('program', BOTH_MODES, ids=['constant', 'limit'])
-def test_the_monitor_has_no_time_when_a_program_begins(tmp_path, program):
-    """SIGSTOP until the slot is half cut, longer than the feed waits for its program to be seen: the rate stays within Q all the same."""
-    *_, over, _go, end, last = operate(tmp_path, [
-        ['mdi', 'T1 M6'], ['mdi', BOX], ['until', 'stock-tracker.0.ready', '=', 1], ['signal_monitor', 'STOP'], ['start', program], ['until', X, '>', 25],
-        ['over', 0.5, VELOCITY, MODE], ['signal_monitor', 'CONT'], ['finish'], ['pins', VOLUME, MODE]])
-    velocity, mode = over
-    assert velocity == pytest.approx([SLOT_VEL] * 2, rel=0.03) and mode[0] == mode[1] > 0
-    assert end == []
-    assert values(last) == [pytest.approx(WHOLE, rel=0.003), 0.0]
-
-
 def test_moves_that_follow_the_spindle(tmp_path):
     """G33 and G33.1 at 20 mm/s with F 5 mm/s and the override far down: the pitch, and no ignored override."""
     program = BEGIN.replace('S10000', 'S600') + (

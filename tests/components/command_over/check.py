@@ -7,7 +7,7 @@ WANTED = {
     "program on": ON, "program over": OFF, "the next program": OFF,
     "off: before": ON, "off": OFF, "on again": OFF, "mdi": ON, "mdi, program starts": OFF, "mdi, program over": OFF,
     "mdi again": ON, "mdi, off": OFF, "never seen to run": ON, "never seen, over": OFF, "seen late: before": ON,
-    "seen late": ON, "never seen, moves": ON, "never seen, at rest: before": ON, "never seen, at rest": OFF}
+    "seen late": ON, "never seen, moves": ON, "never seen, at rest: before": ON, "never seen, at rest: over": OFF}
 
 
 def check(trace):

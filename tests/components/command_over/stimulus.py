@@ -23,9 +23,8 @@ def stimulus():
             rows.add({})
 
     switch_on(PROGRAM, 1)
-    play("program on", 300)
-    play("program over", 300, program_running=0)
-    play("the next program", 300, program_running=1)
+    for phase, pins in (("program on", {}), ("program over", {"program_running": 0}), ("the next program", {"program_running": 1})):
+        play(phase, 300, **pins)
     switch_on(PROGRAM, 1)
     play("off: before", 50)
     play("off", 100, enabled=0)
@@ -46,9 +45,8 @@ def stimulus():
     play("seen late", 2500, program_running=1)
     switch_on(PROGRAM, 0)
     play("never seen, moves", 2500, current_vel=12.5)
-    play("never seen, at rest: before", 990, current_vel=0)
-    play("never seen, at rest: not yet", 30)
-    play("never seen, at rest", 300)
+    for phase, periods in (("before", 990), ("not yet", 30), ("over", 300)):
+        play(f"never seen, at rest: {phase}", periods, current_vel=0)
     for commit, end in ((SAVE_COMMIT, {"aborted": 1}), (RESTORE_COMMIT, {"aborted": 1}), (SAVE_COMMIT, {"enabled": 0}), (RESTORE_COMMIT, {"enabled": 0})):
         name = f"file {commit} {'aborted' if 'aborted' in end else 'off'}"
         rows.add({"word": IDLE, "enabled": 1})
