@@ -42,7 +42,7 @@ COMPONENTS = $(sort $(wildcard components/*.comp))
 CORE       = $(sort $(wildcard components/core/*.c))
 OFFLINE    = $(sort $(wildcard components/offline/*.c))
 HEADERS    = $(sort $(wildcard components/*.h components/core/*.h components/offline/*.h))
-LAYOUT     = remap/chipwise/clib/layout.py components/offline/layout_table.c
+LAYOUT     = remap/chipwise/clib/layout.py build/layout_table.c
 CORE_TESTS = $(sort $(wildcard tests/core/*.c))
 BENCHES    = $(sort $(wildcard bench/*.c))
 
@@ -53,6 +53,8 @@ CATALOGUES = $(patsubst remap/chipwise/locale/%.po,build/locale/%/LC_MESSAGES/ch
 COMPLETIONS = build/completion/chipwise build/completion/chipwise-sandbox
 OBJECTS  = $(CORE:components/core/%.c=$(BUILD)/core/%.o)
 OFFLINES = $(OFFLINE:components/offline/%.c=$(BUILD)/offline/%.o)
+# Made by this file and tools/make_layout.py.
+MADE     = $(BUILD)/version.o $(BUILD)/layout_table.o
 LIBRARY  = $(BUILD)/libchipwise.so $(BUILD)/libchipwise_kinematics.so
 MODELS   = $(BUILD)/tests/support/fine_model.so $(BUILD)/tests/support/judge.so $(BUILD)/tests/support/turning_oracle.so
 PROGRAMS = $(CORE_TESTS:tests/core/%.c=$(BUILD)/tests/%) $(BENCHES:bench/%.c=build/bench/%)
@@ -186,7 +188,7 @@ $(BUILD)/core/%.o: components/core/%.c $(HEADERS)
 	@mkdir -p $(@D)
 	$(CC) $(HARDENING) $(RTFLAGS) $(CFLAGS) -Icomponents -c -o $@ $<
 
-# Python's copy of the structures and constants, and the table that confirms it: committed, made anew from the headers.
+# Python's copy of the structures and constants, which is committed, and the table that confirms it: both anew from the headers.
 $(LAYOUT) &: tools/make_layout.py $(HEADERS)
 	@$(PYTHON) tools/make_layout.py
 
@@ -208,7 +210,11 @@ $(BUILD)/version.c: VERSION
 $(BUILD)/version.o: $(BUILD)/version.c
 	$(CC) $(HARDENING) $(RTFLAGS) $(CFLAGS) -c -o $@ $<
 
-$(BUILD)/libchipwise.so: $(OBJECTS) $(OFFLINES) $(BUILD)/version.o
+$(BUILD)/layout_table.o: build/layout_table.c $(HEADERS)
+	@mkdir -p $(@D)
+	$(CC) $(HARDENING) $(RTFLAGS) $(CFLAGS) -Icomponents -c -o $@ $<
+
+$(BUILD)/libchipwise.so: $(OBJECTS) $(OFFLINES) $(MADE)
 	$(CC) -shared $(LDFLAGS) -o $@ $^ -lm
 
 # Stands in for HAL when a kinematics module of LinuxCNC is used offline; a library of its own, because its functions have HAL's names.
@@ -239,7 +245,7 @@ build/sanitized/%.o: components/%.c $(HEADERS)
 	@mkdir -p $(@D)
 	$(CC) $(SANITIZE) $(CFLAGS) -Icomponents -c -o $@ $<
 
-build/sanitized/libchipwise.so: $(SANITIZED_CORE) $(OFFLINES:build/%=build/sanitized/%) $(BUILD)/version.o
+build/sanitized/libchipwise.so: $(SANITIZED_CORE) $(OFFLINES:build/%=build/sanitized/%) $(MADE)
 	$(CC) $(SANITIZE) -shared -o $@ $^ -lm
 
 build/sanitized/tests/%: tests/core/%.c $(SANITIZED_CORE) components/linuxcnc_planner.c $(HEADERS) $(wildcard tests/core/*.h) $(MOTION)
@@ -257,7 +263,7 @@ build/coverage/%.o: components/%.c $(HEADERS)
 	@mkdir -p $(@D)
 	$(CC) $(COVERED) $(CFLAGS) -Icomponents -c -o $@ $<
 
-build/coverage/libchipwise.so: $(COVERED_CORE) $(OFFLINES:build/%=build/coverage/%) $(BUILD)/version.o
+build/coverage/libchipwise.so: $(COVERED_CORE) $(OFFLINES:build/%=build/coverage/%) $(MADE)
 	$(CC) --coverage -shared $(LDFLAGS) -o $@ $^ -lm
 
 # The test program itself is not counted.

@@ -4,7 +4,7 @@
 
 Called by `make build`, which writes
     remap/chipwise/clib/layout.py             ctypes structures, enums and constants
-    components/offline/layout_table.c         size of each structure, offset and size of each member, as compiled
+    build/layout_table.c                      size of each structure, offset and size of each member, as compiled
 and by a test with --check: exit status 1 if one of them is stale.
 
 The headers go through `gcc -E -P` and pycparser (Debian: python3-pycparser). Names lose their prefix: struct
@@ -28,7 +28,7 @@ HEADERS = ("registers.h", "core/version.h", "core/feed.h", "core/tooth_law.h", "
            "offline/height_sweep.h", "offline/drop_cutter.h", "offline/stock_need.h", "offline/depth_proof.h",
            "offline/tracer_loop.h", "offline/chain_fit.h", "offline/engage.h", "offline/nearest_element.h")
 PYTHON = ROOT / "remap" / "chipwise" / "clib" / "layout.py"
-TABLE = ROOT / "components" / "offline" / "layout_table.c"
+TABLE = ROOT / "build" / "layout_table.c"
 WHOLE_NUMBERS = {"int8_t": "c_int8", "uint8_t": "c_uint8", "int16_t": "c_int16", "uint16_t": "c_uint16",
                  "int32_t": "c_int32", "uint32_t": "c_uint32", "int64_t": "c_int64", "uint64_t": "c_uint64"}
 CTYPES = {"int": "c_int", "long": "c_long", "double": "c_double", "float": "c_float", "unsigned char": "c_ubyte",
@@ -186,6 +186,7 @@ def main():
         return 1 if stale else 0
     for path, text in texts.items():
         if path in stale:
+            path.parent.mkdir(exist_ok=True)
             path.write_text(text, encoding="utf-8")
         path.touch()
     return 0

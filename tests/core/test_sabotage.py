@@ -157,7 +157,7 @@ def build(folder, fault=None):
                if (CORE.parent / path.relative_to(ROOT / "build")).with_suffix(".c").is_file()]
     others = [path for path in objects if path.stem not in [source.stem for source in sources]]
     subprocess.run(["gcc", "-Os", "-fno-fast-math", "-w", "-shared", "-fPIC", "-I", str(CORE.parent), "-o", str(library),
-                    f'-DCHIPWISE_FAULT="{fault or ""}"', *map(str, [*sources, *others]), "-lm"], check=True)
+                    f'-DCHIPWISE_FAULT="{fault or ""}"', *map(str, [*sources, *others, ROOT / "build/layout_table.o"]), "-lm"], check=True)
     return library
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from chipwise.clib import core
-from chipwise.stock import reference
+from support import reference_stock as reference
 from support import stock_cases
 
 CASES = {case.name: case for case in stock_cases.cases()}

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from chipwise.clib import core
-from chipwise.stock import reference, shared
+from chipwise.stock import shared
 from support.random_cases import random_count, random_seed, write_replay
-from support import cuts
+from support import cuts, reference_stock as reference
 
 KNOWN = {name: rest for name, *rest in cuts.known()}
 # Share of the volume by which the core may miss it, per cell size in mm.

@@ -18,7 +18,7 @@ from chipwise.geometry.pocket import machinable, rest_material
 from chipwise.geometry.pocket.strategies import NAMES, STRATEGIES
 from chipwise.geometry.pocket.tracks import MachinableRegion, make_track
 from chipwise.moves import Arc, Line
-from chipwise.stock.reference import ReferenceStock, ReferenceTool
+from support.reference_stock import ReferenceStock, ReferenceTool
 from support.pocket_requests import BOX, request, walked, faults
 from support.random_cases import random_count, random_seed, write_replay
 from support.pocket_judge import case_of, random_request, verdict

@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from chipwise.clib import core
-from chipwise.stock import reference
+from support import reference_stock as reference
 
 LOW, HIGH = (-14.03, -13.02, -6.0), (13.98, 14.01, 0.0)
 PI = math.pi

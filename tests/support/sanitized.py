@@ -32,8 +32,10 @@ def library_with(folder_of_it, source, fault):
     flags = subprocess.run(["make", "-s", "sanitizers"], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout.split()
     subprocess.run(["gcc", *flags, f'-DCHIPWISE_FAULT="{fault}"', "-Icomponents", "-c", "-o", objects, f"components/{source}.c"], cwd=ROOT,
                    check=True)
-    others = [path for part in ("core", "offline") for path in sorted((built / part).glob("*.o")) if path != built / f"{source}.o"]
-    subprocess.run(["gcc", *flags, "-shared", "-o", library, objects, *others, ROOT / "build/version.o", "-lm"], check=True)
+    others = [path for part in ("core", "offline") for path in sorted((built / part).glob("*.o"))
+              if path != built / f"{source}.o" and (ROOT / "components" / path.relative_to(built)).with_suffix(".c").is_file()]
+    made = [ROOT / "build/version.o", ROOT / "build/layout_table.o"]
+    subprocess.run(["gcc", *flags, "-shared", "-o", library, objects, *others, *made, "-lm"], check=True)
     return library
 
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from chipwise.clib import core
-from chipwise.stock.reference import ReferenceTool
+from support.reference_stock import ReferenceTool
 
 STEP = 0.05                     # mm, of a servo period at 50 mm/s
 LOW, HIGH = (-32.0, -32.0, -8.0), (32.0, 32.0, 0.0)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chipwise.clib import core
-from chipwise.stock.reference import ReferenceTool
+from support.reference_stock import ReferenceTool
 
 LOW, HIGH = (-45.03, -45.07, -26.0), (45.06, 45.02, 0.0)
 STEP = 0.05                     # mm, of a servo period at 50 mm/s
