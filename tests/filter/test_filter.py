@@ -35,6 +35,26 @@ def test_a_clean_program_goes_through_byte_for_byte(data, ini, tmp_path):
     assert (done.status, done.said) == (0, '') and done.data == data
 
 
+MARK = b'\xef\xbb\xbf'
+LEFT_OUT = 'its byte order mark is left out, which LinuxCNC refuses'
+
+
+def test_a_byte_order_mark_is_left_out(ini, tmp_path):
+    """LinuxCNC would refuse the program; what is rewritten has none either, and one with an error is not opened."""
+    data = CLEAN.replace('\n', '\r\n').encode()
+    done = run(ini.path, put(tmp_path, MARK + data), tmp_path)
+    assert (done.status, done.data) == (0, data) and done.said.endswith(f'part.nc: {LEFT_OUT}')
+    assert (tmp_path / 'part.nc').read_bytes() == MARK + data
+    done = run(ini.path, put(tmp_path, MARK + UNKNOWN.encode()), tmp_path)
+    assert (done.status, done.data) == (0, UNKNOWN.encode()) and 'it is opened unchecked' in done.said and LEFT_OUT in done.said
+    for wrong, words in ((BAD.encode(), 'divide by zero; correct the line (line 7)'), (MARK + data, 'byte order mark, which LinuxCNC refuses; save'), (b'', 'it is empty')):
+        done = run(ini.path, put(tmp_path, MARK + wrong), tmp_path)
+        assert (done.status, done.data) == (2, b'') and words in done.said and LEFT_OUT not in done.said, done.said
+    ini('FILTER_REWRITE = flute')
+    done = run(ini.path, put(tmp_path, MARK + DEEP.encode()), tmp_path)
+    assert done.status == 0 and not done.data.startswith(MARK) and LEFT_OUT in done.said and len(done.data) > len(DEEP), done.said
+
+
 def test_names_that_a_shell_or_a_message_could_break(ini, tmp_path):
     for name in ("it's $(here) a \"part\".nc", b'M\xfcller\n.nc'):
         path = os.path.join(os.fsencode(tmp_path), os.fsencode(name))

@@ -4,23 +4,27 @@
  1. At the end of the time the process is killed, and the program is judged by what is known then.
  2. The kernel kills the process when the filter ends, whatever ends it, and so on down to LinuxCNC's interpreter
     (processes.die_with_parent).  wait() returns when all of them are gone.
- 3. Nothing of it writes to the GUI: its standard output and standard error are /dev/null.
+ 3. A program that begins with a byte order mark, which LinuxCNC refuses, is judged and opened without it.
+ 4. Nothing of it writes to the GUI: its standard output and standard error are /dev/null.
 """
 
+import codecs
 import multiprocessing.connection
 import os
 import select
+import shutil
 import signal
 import stat
 import sys
 import tempfile
 import time
 
-from chipwise.program.program_file import Unreadable, check_file
+from chipwise.program.program_file import MAX_BYTES, Unreadable, check_file
 from chipwise.errors import of_unexpected
 from chipwise.filter import verdict as verdicts
 from chipwise.filter.model import is_model, made
 from chipwise.filter.loops import may_loop
+from chipwise.host.files import open_regular
 from chipwise.host.processes import descendants, die_with_parent, limit_memory, lives
 
 GONE_S = 1.0            # for killed processes to end
@@ -101,6 +105,27 @@ class Work:
         self.pid = None
 
 
+def _unmarked(program, folder):
+    """A copy without the byte order mark that the program begins with; without one, the program."""
+    try:
+        with open_regular(program, MAX_BYTES) as file:
+            if file.read(len(codecs.BOM_UTF8)) != codecs.BOM_UTF8:
+                return program
+            with open(os.path.join(folder, os.path.basename(program)), "xb") as copy:
+                shutil.copyfileobj(file, copy)
+            return copy.name
+    except OSError:
+        return program                  # check_file() says what it is
+
+
+def _without_mark(verdict, copy):
+    """The verdict on a program that is opened as its copy without a mark."""
+    if verdict.status == verdicts.OPENED:
+        verdict.path = verdict.path or copy
+        verdict.note("its byte order mark is left out, which LinuxCNC refuses")
+    return verdict
+
+
 def _child(sender, program, ini, settings, folder):
     """In the process: send bool (it has loops), floats (progress), then the Verdict."""
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
@@ -110,7 +135,9 @@ def _child(sender, program, ini, settings, folder):
         os.dup2(null, handle)
     os.environ["TMPDIR"] = tempfile.tempdir = folder
     os.environ["OPENBLAS_NUM_THREADS"] = "1"
+    given = program
     if not is_model(program):
+        program = _unmarked(given, folder)
         try:
             check_file(program)         # before numpy is imported: most files that cannot be used are seen here
         except Unreadable as error:
@@ -136,6 +163,7 @@ def _child(sender, program, ini, settings, folder):
         limits = {"cpu_s": int(settings["FILTER_TIME"]) + RESERVE_S, "quiet_s": QUIET_S, "needs_end": True,
                   "memory_mb": max(settings["PLAN_MEMORY"], READER_MB)}
         found = judged(program, ini, limits, folder, loops, progress)
+        found = found if program == given else _without_mark(found, program)
     except MemoryError:
         return                      # its end says it
     except Exception as error:
