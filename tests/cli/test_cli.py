@@ -207,3 +207,10 @@ def test_a_fifo_is_not_waited_for(tmp_path, command):
     words = command.format(tmp_path / 'fifo', SLOTS).split()
     done = subprocess.run([os.path.join(ROOT, 'bin', 'chipwise'), *words], cwd=tmp_path, text=True, stdin=subprocess.DEVNULL, capture_output=True, timeout=100)
     assert done.returncode == 2 and ('not a regular file' in done.stderr or 'does not exist' in done.stderr), done.stderr
+
+
+def test_a_word_too_many_names_the_command():
+    for words, said in ((['setup', 'a.ngc', 'b.ngc'], 'chipwise: setup: b.ngc is not understood; see chipwise setup --help\n'),
+                        (['check', '--cells', '1', SLOTS], f'chipwise: check: --cells is not understood; see chipwise check --help\n')):
+        done = chipwise(*words)
+        assert (done.returncode, done.stdout) == (2, '') and done.stderr == said, done.stderr

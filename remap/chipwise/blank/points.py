@@ -23,6 +23,7 @@ LOG = "chipwise probe"          # the first line of the sub's log
 MOST_BYTES = height_map_file.MAX_BYTES
 OFFSETS = {"unit": 1, "g5x": 3, "g92": 3, "rotation": 1}        # lines of the log's head: so many numbers
 COLUMNS = 3, 9                  # of a line with a point
+MOST_WRONG = 0.5        # of the lines of a list of points
 
 
 @dataclass
@@ -75,7 +76,10 @@ def _of_map_or_list(path: str, data: bytes, lines: list[str]) -> np.ndarray:
     rows = [numbers(line) for line in lines]
     if rows[0] is None and len(rows) > 1:           # the columns' names
         rows = rows[1:]
-    if not all(row is not None and len(row) in COLUMNS for row in rows):
+    wrong = [number for number, row in enumerate(rows) if row is None or len(row) not in COLUMNS]
+    if wrong and len(wrong) < MOST_WRONG * len(rows):          # else it is something else than a list
+        raise CycleError(f"{path} has a line that is no point: {lines[wrong[0] - len(rows)][:40]}", "correct the line, or take it out")
+    if wrong:
         raise trouble
     return np.array([row[:3] for row in rows if row])
 

@@ -21,7 +21,7 @@ import sys
 
 from chipwise import ROOT, version
 from chipwise.errors import NAME, of_unexpected, printable
-from chipwise.options.machine import CommandError
+from chipwise.options.machine import CommandError, refuser
 
 COMMANDS = {name: name for name in ('blank', 'check', 'clamps', 'contour', 'demo', 'digitise', 'display', 'enter', 'filter', 'link', 'load', 'monitor',
                                    'panel', 'patterns', 'resume', 'rewrite', 'setup', 'stations', 'surface', 'turn')} | {'new-config': 'new_config', 'try': 'try_program', 'import': 'import_drawing', 'turn-over': 'turn_over'}
@@ -98,7 +98,12 @@ def run(argv):
     """-> exit status of a command."""
     parser, modules = build_parser(argv[:1] if argv[:1] and argv[0] in COMMANDS else tuple(COMMANDS))
     try:
-        options = parser.parse_args(argv)
+        options, unknown = parser.parse_known_args(argv)
+        if unknown and options.command:
+            refuse = refuser(options.command)
+            refuse(f"{' '.join(unknown)} is not understood")
+        elif unknown:
+            parser.parse_args(argv)                 # says so
         if options.command is None:
             print(welcome(modules))
             return 2

@@ -8,7 +8,7 @@ import os
 from dataclasses import dataclass, field
 
 from chipwise.errors import braceless
-from chipwise.host.files import open_regular
+from chipwise.host.files import TooLong, open_regular
 from chipwise.geometry.base import elements
 from chipwise.geometry.base import loops as chain_loops
 from chipwise.geometry.base.contour import ContourError, backwards, make_contour
@@ -55,8 +55,10 @@ def imported(path, tolerance, scale, text=False, layer=None):
         raise Unreadable(f"{braceless(kind or 'a file without an ending')} is not a kind of drawing that can be read", "save it as .dxf or .svg")
     try:
         open_regular(path, MAX_BYTES).close()
+    except TooLong as error:
+        raise Unreadable(braceless(f"{os.path.basename(path)}: it has {error.found / 1e6:.0f} MB, more than {error.most / 1e6:.0f}"), "export what is to be cut, a layer or a part of it") from error
     except OSError as error:
-        raise Unreadable(braceless(f"{os.path.basename(path)}: {error.strerror}"), "name a drawing; a large one by its layer: export what is to be cut") from error
+        raise Unreadable(braceless(f"{os.path.basename(path)}: {error.strerror}"), "name a DXF or SVG file that can be read") from error
     drawn = READERS[kind](path, tolerance, scale, text, layer)
     found = Imported(words=list(drawn.words), left=dict(drawn.left))
     doubled = 0
