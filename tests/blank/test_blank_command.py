@@ -128,7 +128,7 @@ def test_the_log_of_the_sub(tmp_path):
 @pytest.mark.parametrize("text, words", [
     ("", "is empty; probe first"), (LOG, "ends after 35 points: the probing was interrupted; probe again"), ("chipwise probe 1\nend\n", "does not say its unit"),
     (LOG + "1 2\nend\n", "has a line that probe_grid.ngc does not write: 1 2"), (LOG + "end\n", "name the machine with --ini INI"),
-    ("1 2 3\nfoo\n", "is not a list of points"), ("x,y,z\n0,0,5\n10,0,5\n0,10,abc\n", "has a line that is no point: 0,10,abc; correct the line"), ("0 0 5\n10 0 5\n", "2 points are not enough"), ("0 0 nan\n" * 9, "the height map is one line of points"),
+    ("1 2 3\nfoo\n", "is not a list of points"), ("x,y,z\n0,0,5\n10,0,5\n0,10,abc\n", "has a line that is not a point: 0,10,abc; correct the line"), ("0 0 5\n10 0 5\n", "2 points are not enough"), ("0 0 nan\n" * 9, "the height map is one line of points"),
     ("0 0 5\n10 0 5\n0 10 9\n", "the point X0.000 Y10.000 Z9.000 is above the top of the blank, Z8.000; raise the top"),
     ("0 0 5\n10 0 5\n0 10 -1\n", "is below the bottom of the blank, Z0.000; lower the bottom"),
     ("100 0 5\n110 0 5\n100 10 5\n", "no point is on the blank; compare the corners of the blank with the points")])

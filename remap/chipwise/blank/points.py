@@ -78,7 +78,7 @@ def _of_map_or_list(path: str, data: bytes, lines: list[str]) -> np.ndarray:
         rows = rows[1:]
     wrong = [number for number, row in enumerate(rows) if row is None or len(row) not in COLUMNS]
     if wrong and len(wrong) < MOST_WRONG * len(rows):          # else it is something else than a list
-        raise CycleError(f"{path} has a line that is no point: {lines[wrong[0] - len(rows)][:40]}", "correct the line, or take it out")
+        raise CycleError(f"{path} has a line that is not a point: {lines[wrong[0] - len(rows)][:40]}", "correct the line, or take it out")
     if wrong:
         raise trouble
     return np.array([row[:3] for row in rows if row])
