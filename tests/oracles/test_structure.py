@@ -8,7 +8,7 @@ TESTS, BENCH = ROOT / "tests", ROOT / "bench"
 # Files that name a root of imports, and why.
 OWN_PATH = {
     "roots.py", "fork_server.py",                                               # of the benchmarks; a program that runs bin/chipwise
-    "scripted_display.py", "sample_driver.py", "read_map.py", "fuzz_pins.py", "panel_slow_looks.py",   # LinuxCNC or HAL starts them
+    "scripted_display.py", "sample_driver.py", "read_map.py", "fuzz_pins.py", "panel_slow_looks.py", "resume_visit.py",   # LinuxCNC or HAL starts them
     "shipped_machine.py", "panel_lan.py",                                       # root starts it in namespaces
     "panel_tab_host.py",                                                        # on an X display of its own
     "second_oracles.py",                                                        # where pip has put the libraries

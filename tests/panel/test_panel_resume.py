@@ -7,32 +7,12 @@ from dataclasses import replace
 import pytest
 
 from chipwise.errors import CycleError
-from chipwise.entry import mdi
 from chipwise.panel import entry
 from chipwise.stock import store
 from support import panel_browser
 from support.panel_rig import TOKEN, asking, posted, serving
+from support.resume_page import OPTIONS, SCENE, Mdi
 from support.resume_stop import Stop
-
-SCENE = {"index": 1, "offset": [0.0, 0.0, 0.0], "g92": [0.0, 0.0, 0.0], "turn": 0.0, "tool": 1, "codes": "G17 G21 G91", "block_delete": False}
-OPTIONS = {"line": None, "seconds": 0, "broke": False}
-
-
-class Mdi:
-    """entry/mdi.py of a machine that the test sets by hand."""
-
-    def __init__(self, program):
-        self.state, self.offsets, self.opened = mdi.State(program=str(program)), SCENE, []
-
-    def read(self):
-        return self.state
-
-    def scene(self):
-        return self.offsets
-
-    def open_program(self, path):
-        self.opened.append(path)
-        self.state = replace(self.state, program=path)
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ import tempfile
 
 from chipwise.options.machine import UsageError
 from chipwise.errors import printable
+from chipwise.host.files import read_only
 
 PREFIX = '.chipwise-'       # of files that are not complete yet
 
@@ -18,8 +19,12 @@ def unwritable(path):
     folder = os.path.dirname(path) or '.'
     if not os.path.isdir(folder):
         return f'{path}: there is no folder {folder}', 'make it, or use another one'
-    if (os.path.exists(path) and not os.path.isfile(path)) or not os.access(path if os.path.exists(path) else folder, os.W_OK):
-        return f'{path} cannot be written', 'name a file in a folder of yours'
+    if os.path.exists(path) and not os.path.isfile(path):
+        return f'{path} cannot be written: it is not a file', 'name a file in a folder of yours'
+    if read_only(folder):
+        return f'{path} cannot be written: {folder} {read_only(folder)}', 'name a file in a folder of yours'
+    if os.path.exists(path) and not os.access(path, os.W_OK):
+        return f'{path} cannot be written: it is read-only for this user', 'name a file in a folder of yours'
     return None
 
 

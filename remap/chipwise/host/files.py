@@ -110,6 +110,18 @@ def remove_durable(path: str) -> None:
     sync_folder(path)
 
 
+def read_only(folder: str) -> str:
+    """Why this user cannot write in a folder that is there, as words behind its name; "" if he can, or if it is not there."""
+    if not os.path.isdir(folder) or os.access(folder, os.W_OK | os.X_OK):
+        return ""
+    return "is on a disk that is read-only" if os.statvfs(folder).f_flag & os.ST_RDONLY else "is read-only for this user"
+
+
+def is_full(folder: str) -> bool:
+    """Whether the disk of a folder that is there has no room left for this user."""
+    return os.path.isdir(folder) and os.statvfs(folder).f_bavail == 0
+
+
 def printable(text: str) -> str:
     """The text with bytes that are not UTF-8 (of a path) written as escapes, for screens and logs."""
     return text.encode("utf-8", "backslashreplace").decode()

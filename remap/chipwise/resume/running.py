@@ -13,7 +13,7 @@ from chipwise.check.in_force import with_offsets
 from chipwise.program.program_file import Unreadable
 from chipwise.program.reader import Machine
 from chipwise.errors import CycleError, printable
-from chipwise.host.files import write_durable
+from chipwise.host.files import read_only, write_durable
 from chipwise.entry import mdi
 from chipwise.resume.run import goes_on_with, resumed
 from chipwise.stock import store
@@ -69,6 +69,10 @@ def made(program, order, ini, scene, folder, cpu_s):
 
 def write(found, path):
     """The stock to its slot, and the new program.  Raises Unreadable."""
+    folder = os.path.dirname(os.path.abspath(path))
+    if read_only(folder):
+        raise Unreadable(printable(f"the new program {path} cannot be written: {folder} {read_only(folder)}"),
+                         "make that folder writable, or use chipwise resume -o with a folder of yours")
     found.save()
     try:
         write_durable(path, found.data, store.UNFINISHED)

@@ -13,7 +13,7 @@ import numpy as np
 
 from chipwise.program import records
 from chipwise.program.reader import Unreadable
-from chipwise.host.files import JOURNAL
+from chipwise.host.files import JOURNAL, is_full, read_only
 from chipwise.clib import layout
 from chipwise.stock import journal, store
 from chipwise.clib.core import CoreError, Stock
@@ -36,13 +36,17 @@ def kept(folder):
     """The Kept of a STOCK_DIR.  Raises Unreadable."""
     for name, read in ((JOURNAL, journal.read), (store.KEPT, store.read)):
         path = os.path.join(folder, name)
-        if not os.path.exists(path):
+        if not os.path.exists(path) or not os.path.getsize(path):       # empty: of another stock, in a folder where it could not be deleted
             continue
         try:
             head, cells, *note = read(path)
         except store.StoreError as error:
             raise Unreadable(f"the kept stock cannot be used: {error}", "say where to go on with --line N") from error
         return Kept(head, cells, note[0] if note else journal.read_note(path), path)
+    if read_only(folder):
+        raise Unreadable(f"no stock is kept in {folder}: it {read_only(folder)}", "make it writable, and say where to go on with --line N")
+    if is_full(folder):
+        raise Unreadable(f"no stock is kept in {folder}: its disk is full", "make room, and say where to go on with --line N")
     raise Unreadable(f"no stock is kept in {folder}", "set [CHIPWISE]KEEP_STOCK = yes for the next time, and say where to go on with --line N")
 
 
@@ -127,6 +131,9 @@ def save(path, stock, removed):
     try:
         store.write(path, head_of(stock, removed), cells)
     except store.StoreError as error:
+        folder = os.path.dirname(path)
+        if read_only(folder):
+            raise Unreadable(f"the stock cannot be written: {folder} {read_only(folder)}", "make that folder writable") from error
         raise Unreadable(f"the stock cannot be written: {error}", "make room, or correct [CHIPWISE]STOCK_DIR") from error
 
 
