@@ -9,7 +9,7 @@ import pytest
 from support import ROOT
 from support.resume_stop import CHIPWISE, Stop, own_words
 
-# The superuser may write in a folder that is read-only, but without this right he is as everybody.
+# The superuser may write in a folder that is read-only, but not without this right.
 AS_EVERYBODY = ["setpriv", "--bounding-set", "-dac_override,-dac_read_search"] if os.geteuid() == 0 else []
 PAGE = ("import sys\nfrom chipwise.errors import CycleError\nfrom chipwise.panel import resume\n"
         "from support.resume_page import Mdi, OPTIONS\nm = Mdi(sys.argv[1])\norder = {**OPTIONS, 'ini': sys.argv[2]}\nfound = resume.plan(order, m)\n"

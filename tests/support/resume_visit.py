@@ -4,7 +4,7 @@
 
     resume_visit.py URL FOLDER TOKEN        FOLDER: chromium's own, and for two pictures of the page
 
-Where a program cannot be planned or written, the page's words say so, in "plan" or "done".
+If a program cannot be planned or written, the page's words say so, in "plan" or "done".
 """
 import json
 import os

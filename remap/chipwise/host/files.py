@@ -111,7 +111,7 @@ def remove_durable(path: str) -> None:
 
 
 def read_only(folder: str) -> str:
-    """Why this user cannot write in a folder that is there, as words behind its name; "" if he can, or if it is not there."""
+    """Why this user cannot write in a folder that is there, as words behind its name; "" if that is possible, or if it is not there."""
     if not os.path.isdir(folder) or os.access(folder, os.W_OK | os.X_OK):
         return ""
     return "is on a disk that is read-only" if os.statvfs(folder).f_flag & os.ST_RDONLY else "is read-only for this user"
