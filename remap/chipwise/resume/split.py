@@ -3,7 +3,8 @@
 
  1. If the approach is in a call, a loop or a condition, that block is written out first (rewrite/unroll.py).
  2. A straight move goes on at any place, an arc at a vertex of its chords.
- 3. With cutter compensation it goes on where that begins; a line that does more than move is run again from its beginning.
+ 3. With cutter compensation it goes on where that begins; a line that does more than move is run again from its beginning, or from the approach if that is in
+    its first step and it ends where it would have.
 """
 
 import math
@@ -63,9 +64,7 @@ class Split:
             start = self._start(program, line)
             if start is None:
                 return Found(self.followed, step, line, self._rest_of(program, step, fraction), approach, self.own_line)
-            if start == (step, 0.0):
-                return Found(self.followed, step, line, None, approach, self.own_line)
-            if fraction == 0 and step == start[0]:
+            if start[0] == step and (fraction == 0 or self._ends_alike(program, line, step)):
                 return Found(self.followed, step, line, None, approach, self.own_line)
             self.at, backs = self._place(program, self.path, *start), (0.0,)
         raise Unreadable("calls and loops cannot be written out", "write the program out without them", self.own_line)
@@ -112,6 +111,12 @@ class Split:
         except Unreadable:
             return own[0], 0.0
         return None
+
+    @staticmethod
+    def _ends_alike(program, line, step):
+        """Whether a line as it is, begun within its first step, gets to the same end.  The end of a move that enters compensation depends on its beginning."""
+        modes = program.modes[line - 1]
+        return modes.cutter_side == 40 and modes.distance == 90 and program.circle[step] < 0
 
     def _rest_of(self, program, step, fraction):
         """[Move]: what is left of a step; None where the whole line is."""
