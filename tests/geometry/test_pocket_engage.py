@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from support import engagement_judge
 from support.engagement_shapes import SHAPES
+from support.pocket_random import rectangle
 
 from chipwise.geometry.pocket.engage_ground import Ground, fitted, rows_of, rule
 from chipwise.geometry.base import elements
 from chipwise.geometry.base.contour import make_contour
 from chipwise.geometry.base.elements import make_arcs, make_lines
-from chipwise.geometry.pocket import engage, engage_proof
+from chipwise.geometry.pocket import engage, engage_needles, engage_proof
 from chipwise.geometry.pocket.machinable import split
 
 RADIUS, STEP = 3.0, 2.4
@@ -213,3 +214,20 @@ def test_the_certificate_names_a_rapid_and_a_descent_in_stock():
     assert engage_proof.prove(found, segments, RADIUS, NOMINAL).rapid_at == (20.0, 10.0)
     segments[1] = engage.Segment("over", away)
     assert engage_proof.prove(found, segments, RADIUS, NOMINAL).plunge_at == (40.0, 30.0)
+
+
+def test_needles_between_paths_are_run_over():
+    """A rib of 0.1 mm between two sweeps."""
+    part = split(make_contour(rectangle(0, 0, 24, 20)), [], 3.0)[0]
+    one = engage.Planner(part, 3.0, 2.4, 25.0, 0.2)
+    for y in (3.0, 9.1, 14.0, 17.0):
+        one.ground.clear(line((3.0, y), (21.0, y)))
+    for x in (3.0, 21.0):
+        one.ground.clear(line((x, 3.0), (x, 17.0)))
+    one.pose = (3.0, 3.0, 0.0)
+    before, _ = one.ground.left(engage_proof.FINE_MM)
+    engage_needles.clear(one)
+    after, place = one.ground.left(engage_proof.FINE_MM)
+    assert before > 0.5 and after == 0.0, place
+    cuts = [s.elements for s in one.segments if s.kind == "cut"]
+    assert 1 < len(cuts) < 20 and all((one.ground.depth(c.end) >= -1e-6).all() for c in cuts)

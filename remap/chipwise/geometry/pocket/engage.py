@@ -9,6 +9,7 @@ Called by cycles/pocket_engage.py.  Pure; lengths mm, angles rad.  components/of
    one a row of paths that all climb.
 3. The parts of the walls that no path has followed are followed last, exactly.
 4. What a region behind a neck leaves gets an entry of its own.
+5. Needles between paths, which are too small to start a path at, are run over (engage_needles.py).
 The stock is on the RIGHT of travel; for the other link round the pocket is mirrored.
 """
 import math
@@ -21,6 +22,7 @@ from chipwise.geometry.pocket.engage_ground import Ground, fitted, rule
 from chipwise.geometry.base import chains, elements
 from chipwise.geometry.base.elements import Elements, make_lines
 from chipwise.geometry.pocket import engage_links as links
+from chipwise.geometry.pocket import engage_needles
 from chipwise.geometry.pocket.engage_starts import BACK, Grid, border_poses
 from chipwise.geometry.pocket.engage_walls import VISITED_MM, Wall, beginning, nearest, sound
 
@@ -51,6 +53,9 @@ NEAR, FILLET = 2.5, 0.1
 
 # More engagement than that of the step-over, where the path keeps to it; the most of P4 is 3 degrees more. rad
 MORE = math.radians(1.8)
+
+# And while the tool turns away: no step is made after which that would need more. rad
+ESCAPE = 0.03
 
 # To a wall that begins in stock the tool goes straight from so near, and else down a ramp of this length; in tool radii.
 STRAIGHT, RAMP = 1.0, 2.0
@@ -108,6 +113,7 @@ class Planner:
         if self.pose is None:           # too narrow for a helix: only its border
             self.pose = (*self.region.boundary.start[0].tolist(), 0.0)
         self._walls()
+        engage_needles.clear(self)
         return tuple(self.segments)
 
     # ---- parts of the path ---------------------------------------------------------------------------------------
@@ -136,7 +142,7 @@ class Planner:
 
     def _rule(self, inset, rho, air):
         rho = rho * self.radius
-        return rule(self.angle, rho, inset, min(STEP * self.radius, STEP_BEND * rho), air * self.radius, 0.06)
+        return rule(self.angle, rho, inset, min(STEP * self.radius, STEP_BEND * rho), air * self.radius, ESCAPE)
 
     def _go(self, pose):
         """To a pose over cleared ground; whether the tool may be there: a rib under it may be left."""
@@ -302,6 +308,21 @@ class Planner:
         self._add("cut", chain)
         self.ground.clear(chain)
         self.pose = (*chain.end[-1].tolist(), math.atan2(last[1], last[0]))
+
+    def go_to(self, place, chain):
+        """To a place, to go on along a chain; whether the tool may be there."""
+        along = chain.end[0] - chain.start[0]
+        if not self._cleared(place) or not self._go((*place.tolist(), math.atan2(along[1], along[0]))):
+            return False
+        self.pose = (*place.tolist(), math.atan2(along[1], along[0]))
+        return True
+
+    def cut(self, chain):
+        """Along a chain from where the tool is."""
+        self._add("cut", chain)
+        self.ground.clear(chain)
+        along = chain.end[-1] - chain.start[-1]
+        self.pose = (*chain.end[-1].tolist(), math.atan2(along[1], along[0]))
 
     def _cleared(self, place):
         return self.ground.swept(make_lines(place[None], place[None]), -links.RIM_MM, links.FINE_MM)
