@@ -17,7 +17,7 @@ from chipwise.resume.state import Checks
 from chipwise.rewrite.program import read
 from chipwise.rewrite.read_back import Different, real_steps
 from chipwise.rewrite.marked_reader import FEED, ITEM, LINE_NUMBER, WHAT, Followed
-from chipwise.resume import walk
+from chipwise.resume import clamps, walk
 from chipwise.clib.core import Cutter, Tool
 
 SAME_MM = 1e-4
@@ -38,6 +38,7 @@ def compare(job, found, state, data, head, stock):
     _same_events(found, new, first)
     _same_state(state, marked.program, head)
     _clear(job, new, first, stock, found)
+    clamps.keep_away(job, state.clamps, new, max(new.known_from, new.lead.named_from, 1), int(new.first[first]) if first < new.steps else len(new.kind), found.own_line)
 
 
 def _steps_left(found):

@@ -275,6 +275,8 @@ class Job:
         where = "X{:.3f} Y{:.3f} Z{:.3f} mm".format(*frame.to_work(found.approach.place))
         yield f"It goes on in line {found.own_line}, at {where} in the program's coordinates, tool {now.tool}."
         yield f"First the tool retracts to Z{self._top():g} mm machine, then M254 restores the stock."
+        if now.clamps:
+            yield f"M256 P{now.clamps} puts the clamps of that set-up in force again."
         if order.broke:
             yield f"It waits (M0) until a new tool {now.tool} is in."
         spindle = next((f"M{code} S{now.settings[1]:g}" for code in (3, 4) if code in now.m), "off")

@@ -102,6 +102,8 @@ def head(state, frame, approach, slot, top, notes):
     """[lines] of the head [1].  approach: descent.Approach; top: mm, Z of the retract in machine coordinates; notes: comments."""
     lines = [f"({re.sub('[()]', ' ', note)})" for note in notes]
     lines += ["G90 G17 G40 G49 G80 G94 G21", f"G53 G0 Z{plain(top, DIGITS)}", f"M254 P{slot}"]
+    if state.clamps is not None:
+        lines.append(f"M256 P{state.clamps}")
     if state.tool:
         lines.append(f"T{state.tool} M6")
     if state.prepared != state.tool:
