@@ -49,6 +49,17 @@ def test_unknown_names(name):
         materials.find_material(name)
 
 
+@pytest.mark.parametrize("name, like", [("6016", "6061"), ("Inconel 718", "Inconel-718"), ("TiAl64V", "TiAl6V4"), ("42CrMo5", "42CrMo4"), ("brasss", "CuZn39Pb3")])
+def test_names_like_a_wrong_one(name, like, tmp_path):
+    if like == "Inconel-718":                       # a blank makes no difference
+        assert materials.find_material(name).name == like
+        return
+    with pytest.raises(CycleError, match=f"^chipwise: the material {name} is not known; use .*{like}.*, or another name of docs/user/materials.md"):
+        materials.find_material(name)
+    (tmp_path / "m.toml").write_text("[brasso]\nkc11 = 700\nmc = 0.2\n")
+    assert materials.near("brasss", str(tmp_path / "m.toml")) == ["CuZn39Pb3", "brasso"] and materials.near("zzzzz") == []
+
+
 @pytest.mark.parametrize("text, name", [
     ("G21\n(MATERIAL,NAME=6061)\nM2", "6061"), ("( material , name = EN AW-6061 )", "EN AW-6061"), ("G0 X1 (MATERIAL,NAME=C45) (x)\n(MATERIAL,NAME=6061)", "C45"),
     ("; (MATERIAL,NAME=6061)", None), ("(MATERIALS: 6061)", None), ("(Material Size X 3)", None), ("", None), ("(MATERIAL,NAME=C45", None)])
@@ -67,7 +78,8 @@ def test_program_before_setting(tmp_path):
     own.write_text(GOOD + "[6061]\nkc11 = 900\nmc = 0.1\n")
     assert materials.material_of("", "") is None
     assert materials.material_of("", "C45").name == "C45"
-    assert materials.material_of("(MATERIAL,NAME=6082)", "C45").name == "6082"
+    assert materials.material_of("(MATERIAL,NAME=6082)", "C45", job="316").name == "6082"
+    assert materials.material_of("", "C45", job="6082").name == "6082" and materials.material_of("", job="6082").name == "6082"
     assert materials.material_of("", "a 1", str(own)).kc11 == 500
     assert materials.material_of("(MATERIAL,NAME=6061)", "", str(own)).kc11 == 900         # one's own goes before
     assert materials.material_of("(MATERIAL,NAME=6061-T6)", "", str(own)).kc11 == 800

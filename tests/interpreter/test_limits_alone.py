@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """M251 P2 and P3 without Q: taken where chip or power of the tool in the spindle is limited, refused where nothing is."""
+import hashlib
 import re
 
 import pytest
 
 from chipwise.resume import text
+from chipwise.settings import parse_settings
+from chipwise.setup import job as jobs
 from support.canon import run_preview, run_rs274, write_ini
 
 BEGIN = "G21\nT1 M6\nM250 P0 Q0 R-10 I60 J40 K10\nF400\n"
@@ -37,6 +40,20 @@ def test_taken_by_the_chip(tmp_path, line):
 def test_taken_by_the_power(tmp_path):
     assert run_preview("(MATERIAL,NAME=6061)\n" + BEGIN + "M251 P2 E3000\nM2\n", tools=TOOL, ini=ini_of(tmp_path, FLUTES, "800")).error == ""
     assert run_preview(BEGIN + "M251 P2 E3000\nM2\n", tools=TOOL, ini=ini_of(tmp_path, FLUTES, "800", "C45")).error == ""
+
+
+def test_taken_by_the_material_of_a_set_up(tmp_path):
+    """Which is that of the program as it is now."""
+    ini, program = ini_of(tmp_path, FLUTES, "800"), tmp_path / "part.ngc"
+    text = BEGIN + "M251 P2 E3000\nM2\n"
+    program.write_text(text)
+    digest = hashlib.sha256(program.read_bytes()).hexdigest()
+    jobs.write(str(tmp_path / "part.job.toml"), jobs.Job("part.ngc", digest, (0.0, 0.0, -10.0), (60.0, 40.0, 0.0), "option", "C45", {1: jobs.JobTool(6.0, None, 1.0)}))
+    settings = parse_settings({})
+    assert jobs.material_of(str(program), settings) == "C45"
+    assert run_preview(text, tools=TOOL, ini=ini).error != ""                   # of another name
+    program.write_text(text + "\n")
+    assert jobs.material_of(str(program), settings) == "" and jobs.material_of(str(tmp_path / "none.ngc"), settings) == ""
 
 
 def test_taken_by_the_default_chip(tmp_path):

@@ -28,6 +28,12 @@ def limits(**keys):
     return Limits(pins, parse_settings(keys), saying), pins, saying.texts
 
 
+def opened(watch, text, material="", is_read=True):
+    """A program is opened, with this material in its set-up."""
+    watch.program(text)
+    watch.set_up(material, is_read)
+
+
 def test_the_material_of_a_program():
     watch, pins, said = limits(MATERIAL="C45")
     watch.program(b"(MATERIAL,NAME=6061)\nG0 X0")
@@ -39,13 +45,36 @@ def test_the_material_of_a_program():
 def test_what_is_not_known_is_said_once():
     watch, pins, said = limits(SPINDLE_POWER="800")
     for _ in range(3):
-        watch.program(b"G0 X0")
+        opened(watch, b"G0 X0")
     assert said == [NO_MATERIAL] and pins["specific-force"] == 0.0
-    watch.program(b"(MATERIAL,NAME=unobtainium)")
+    opened(watch, b"(MATERIAL,NAME=unobtainium)")
     assert len(said) == 2 and "the material unobtainium is not known" in said[1] and pins["specific-force"] == 0.0
     watch, pins, said = limits()
-    watch.program(b"\xff\xfe")
+    opened(watch, b"\xff\xfe")
     assert not said and pins["specific-force"] == 0.0
+
+
+def test_the_material_of_a_set_up_while_it_is_in_force():
+    """Comment, set-up, INI; nothing is said to lack before the set-up was read, nor of a default chip that waits to be said."""
+    watch, pins, _said = limits(SPINDLE_POWER="800")
+    opened(watch, b"G0 X0", is_read=False)
+    watch.default_chip(3, Tool(6.0, flutes=2), 1.0)
+    watch.set_up("C45", True)
+    assert not watch.saying.texts and (pins["specific-force"], pins["force-exponent"]) == (1500, 0.22) and watch.material.name == "C45"
+    assert watch.default_chip(3, Tool(6.0, flutes=2), 1.0) == 0.025
+    watch.set_up("C45", True)
+    assert watch.saying.texts == [DEFAULT.format(tool=3, chip=0.025, material="C45")]
+    watch.set_up("", True)
+    assert pins["specific-force"] == 0.0 and watch.material is None and watch.saying.texts[1:] == [NO_MATERIAL]
+    opened(watch, b"(MATERIAL,NAME=6061)", "C45")
+    assert watch.material.name == "6061"
+    watch, pins, _said = limits(MATERIAL="6061")
+    opened(watch, b"", "C45")
+    assert watch.material.name == "C45"
+    watch.program(b"")                                      # another one, without a set-up
+    assert watch.material.name == "6061" and not watch.saying.texts
+    watch.set_up("unobtainium", True)
+    assert "the material unobtainium is not known" in watch.saying.texts[0] and pins["specific-force"] == 0.0
 
 
 def test_the_power_of_the_spindle():
@@ -90,7 +119,7 @@ def test_torques_that_are_none(text):
 
 def test_a_torque_without_a_material_is_said():
     watch, _pins, said = limits(SPINDLE_TORQUE="1.2")
-    watch.program(b"G0 X0")
+    opened(watch, b"G0 X0")
     assert said == [NO_MATERIAL]
 
 

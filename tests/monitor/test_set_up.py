@@ -20,7 +20,7 @@ SLOT = "G21 G90 G94 G17\nT1 M6\nS8000 M3\nG55 G0 X-10 Y30 Z5\nG0 Z-4\nG1 X110 F4
 LINUXCNC = types.SimpleNamespace(INTERP_IDLE=1, MODE_MANUAL=1, MODE_AUTO=2, MODE_MDI=3, STATE_ON=4, stat=None, error=OSError)
 PLACE = {"index": 1, "offset": [0.0, 0.0, 0.0], "g92": [0.0, 0.0, 0.0], "turn": 0.0, "tool": 1, "codes": "G17 G21", "block_delete": False}
 TOOLS = {"1": [6.0, 3000.0, 2.0], "2": [3.0, None, 1.0]}
-ANSWER = {"why": "", "low": [0, 0, -9], "high": [9, 9, 0], "to_machine": None, "text": "from a to b", "tools": TOOLS, "air": False, "keeps_f": ""}
+ANSWER = {"why": "", "material": "", "low": [0, 0, -9], "high": [9, 9, 0], "to_machine": None, "text": "from a to b", "tools": TOOLS, "air": False, "keeps_f": ""}
 
 
 def job_of(path, **changes):
@@ -128,6 +128,20 @@ def in_force(scene, **changes):
     set_up.reading.answer = ANSWER | changes
     look(scene, 4)
     assert pins["job"] is True
+
+
+def test_its_material_counts_while_it_is_in_force(scene, part):
+    """From the job file; not before, and not behind a change of the program."""
+    job_of(part, material="C45")
+    assert answered(part.parent, part)["material"] == "C45"
+    set_up, _pins, _status, *_ = scene
+    look(scene)
+    assert set_up.material() == ""
+    in_force(scene, material="C45")
+    assert set_up.material() == "C45"
+    part.write_text(SLOT + "\n")
+    set_up.check(str(part))
+    assert set_up.material() == ""
 
 
 def test_without_a_job_file_nothing_is_done(scene, part):

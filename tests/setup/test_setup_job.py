@@ -11,11 +11,13 @@ import pytest
 
 from chipwise.errors import CycleError
 from chipwise.setup import job as jobs
-from support.check_runs import CHIPWISE, mill_with_tools
+from support.check_runs import CHIPWISE, chipwise_check, mill_with_tools
 from support.setup_runs import chipwise_setup
 
 SLOT = "G21 G90 G94 G17\nT1 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-4\nG1 X110 F400\nG0 Z5\nM2\n"
 JOB = jobs.Job("part.ngc", "0" * 64, (0.0, 0.0, -20.0), (100.0, 60.0, 0.0), "option", "6061", {1: jobs.JobTool(6.0, 9600.0, 2.0), 4: jobs.JobTool(3.0, None, 1.0)})
+
+STOCK = ("0", "0", "-20", "100", "60", "0")
 
 
 @pytest.fixture(name="machine")
@@ -70,7 +72,7 @@ def test_a_changed_program_asks_again(tmp_path, machine):
 def test_the_folder_of_jobs(tmp_path, machine):
     folder = machine.parent / "jobs"
     folder.mkdir()
-    machine.write_text(machine.read_text().replace("[CHIPWISE]", "[CHIPWISE]\nJOBS = jobs"))
+    machine.write_text(machine.read_text().replace("\n[CHIPWISE]\n", "\n[CHIPWISE]\nJOBS = jobs"))
     status, _said, report = confirmed(tmp_path, machine)
     assert status == 0 and report["job"] == str(folder / "part.job.toml") and not (tmp_path / "part.job.toml").exists()
     folder.joinpath("part.job.toml").unlink()
@@ -213,5 +215,39 @@ def test_odd_material_and_options(tmp_path, machine):
         status, said, report = confirmed(tmp_path, machine, *options)
         assert status == 2 and report is None and said.count("\n") <= 1, said
     (tmp_path / "part.job.toml").unlink(missing_ok=True)
+    (tmp_path / "own.toml").write_text("['Al \"6061\" \\ é']\nkc11 = 800\nmc = 0.25\n")
+    machine.write_text(machine.read_text().replace("\n[CHIPWISE]\n", f"\n[CHIPWISE]\nMATERIALS = {tmp_path}/own.toml\n", 1))
     status, said, report = confirmed(tmp_path, machine, "--material", 'Al "6061" \\ é')
     assert status == 0 and jobs.read(report["job"]).material == 'Al "6061" \\ é'
+
+
+@pytest.mark.parametrize("name, like", [("6016", "use 6061"), ("oak", "use a name of docs/user/materials.md")])
+def test_a_material_that_is_in_no_table(tmp_path, machine, name, like):
+    status, said, report = confirmed(tmp_path, machine, "--material", name)
+    assert status == 2 and report is None and f"the material {name} is not known; {like}" in said, said
+    assert not (tmp_path / "part.job.toml").exists()
+
+
+def test_the_material_is_in_force_in_setup_and_check(tmp_path, machine):
+    """Comment, then set-up, then INI; in check only while the file of the set-up is that of this program."""
+    tools = machine.with_name("tools.toml")
+    tools.write_text(tools.read_text().replace("[tool.1]", "[tool.1]\nflutes = 2\n", 1))
+    machine.write_text(machine.read_text().replace("\n[CHIPWISE]\n", "\n[CHIPWISE]\nSPINDLE_POWER = 900\nMATERIAL = 6061\n", 1))
+
+    def power(status, said, report):
+        assert status == 0, said
+        return report["tools"][0]["power_w"]
+
+    def checked(text=SLOT):
+        _status, _out, _err, report = chipwise_check(tmp_path, {"part.ngc": text}, "--stock", *STOCK, machine=machine)
+        return report["programs"][0]["tools"][0]["peak_power_w"], report["programs"][0]["notes"]
+    ini = power(*confirmed(tmp_path, machine, "--stock", *STOCK))
+    assert checked()[0] == pytest.approx(ini, rel=1e-6)
+    steel = power(*confirmed(tmp_path, machine, "--stock", *STOCK, "--material", "C45"))
+    assert steel == pytest.approx(ini * 1500 / 800 * (400 / 60 / (2 * 8000 / 60)) ** (0.25 - 0.22), rel=0.02)
+    assert checked()[0] == pytest.approx(steel, rel=1e-6)
+    commented = "(MATERIAL,NAME=6061)\n" + SLOT
+    assert power(*confirmed(tmp_path, machine, "--stock", *STOCK, "--material", "C45", text=commented)) == pytest.approx(ini, rel=1e-6)
+    value, notes = checked(commented)
+    assert value == pytest.approx(ini, rel=1e-6) and any("the comment of the program names 6061" in text for _line, text in notes)
+    assert checked(SLOT.replace("F400", "F401"))[0] == pytest.approx(ini, rel=0.01)           # another program now

@@ -25,15 +25,15 @@ class PartOrder:
     placing: Placing
     tolerance: float = TOLERANCE_MM
 
-    def __call__(self, *arguments):
-        return PartSimulation(self, *arguments)
+    def __call__(self, *arguments, **more):
+        return PartSimulation(self, *arguments, **more)
 
 
 class PartSimulation(Simulation):
     """A program under way, and the part."""
 
-    def __init__(self, order, *arguments):
-        super().__init__(*arguments)
+    def __init__(self, order, *arguments, **more):
+        super().__init__(*arguments, **more)
         self._again, self._gouge = arguments, None
         self._order, self._model = order, read_model(order.path, order.placing)     # before the program is read: it may take long
         if len(self._model.triangles) > MOST_TRIANGLES:

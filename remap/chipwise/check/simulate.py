@@ -42,9 +42,9 @@ class TooCoarse(Exception):
 
 class Simulation(ToothRules):
     """A program under way: take() each block of records, then finish().  needles: {number of the stock: places (n, 2)} besides;
-    assumption: of assumed/, None: everything is the program's own."""
+    assumption: of assumed/, None: everything is the program's own; material: a name, that of the set-up."""
 
-    def __init__(self, program, machine, cell, settings, tools, needles=None, assumption=None):
+    def __init__(self, program, machine, cell, settings, tools, needles=None, assumption=None, material=""):
         self.result = Result(program, unit=machine.unit)
         self.settings, self.cell, self.geometry = settings, cell, tools
         self.timer = Timer(machine)
@@ -53,7 +53,7 @@ class Simulation(ToothRules):
         self.unplaced = rules.Unplaced()
         self.map = self.draughtsman = None
         self.tool, self.shape = None, None
-        self.begin_tooth(program, settings)
+        self.begin_tooth(program, settings, material)
         self.been = math.inf                            # mm, lowest Z of this tool since it is at its place across the axis
         self.frame = records.Frame()
         self.apart = 0                                  # traverses to the first place that are still to come

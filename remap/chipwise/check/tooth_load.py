@@ -16,7 +16,7 @@ import numpy as np
 
 from chipwise.tool_data.chip_loads import chip_limit
 from chipwise.errors import CycleError, unnamed
-from chipwise.tool_data.materials import material_of_file
+from chipwise.tool_data.materials import find_material, material_of_file
 from chipwise.settings import spindle_limit
 
 WINDOW_MM = 4.0
@@ -127,12 +127,14 @@ class ToothLoad:
 
 
 class Limits:
-    """The limits of the tools of a program."""
+    """The limits of the tools of a program.  material: a name, that of its set-up; "": none."""
 
-    def __init__(self, program, settings):
+    def __init__(self, program, settings, material=""):
         self.settings, self.notes, self.material = settings, [], None
         try:
-            self.material = material_of_file(program, settings["MATERIAL"], settings.path("MATERIALS"))
+            self.material = material_of_file(program, settings["MATERIAL"], settings.path("MATERIALS"), material)
+            if material and find_material(material, settings.path("MATERIALS")).name != self.material.name:
+                self.notes.append([0, f"the comment of the program names {self.material.name}, so the material {material} of its set-up does not count"])
         except CycleError as error:
             self.notes.append([0, unnamed(error)])
         if (settings["SPINDLE_POWER"] or settings["SPINDLE_TORQUE"]) and not self.material and not self.notes:

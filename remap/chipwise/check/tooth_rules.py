@@ -17,9 +17,9 @@ RUBS = "tool {number} rubs for {seconds:.1f} s, its largest chip is below chip_l
 class ToothRules:
     """tooth: {tool number: ToothLoad or None}; turns: S, 1/min."""
 
-    def begin_tooth(self, program, settings):
+    def begin_tooth(self, program, settings, material):
         """Before the first record."""
-        self.limits, self.tooth, self.turns = Limits(program, settings), {}, 0.0
+        self.limits, self.tooth, self.turns = Limits(program, settings, material), {}, 0.0
 
     def tooth_notes(self):
         """[[line, text]] of what is not judged, and of tools that rub."""

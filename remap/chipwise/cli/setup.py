@@ -30,7 +30,7 @@ refuse = refuser(NAME)
 
 def add_arguments(parser):
     parser.add_argument('program', metavar='PROGRAM', help='G-code file')
-    parser.add_argument('--material', metavar='NAME', default='', help='what the stock is made of; kept in the job file')
+    parser.add_argument('--material', metavar='NAME', default='', help='what the stock is made of, a name of docs/user/materials.md; kept in the job file')
     parser.add_argument('--air', action='store_true', default=None, help='feeds above the stock are as fast as the axes')
     parser.add_argument('--yes', action='store_true', help='confirm the proposal without a question')
     parser.add_argument('--json', metavar='FILE', help='the result as JSON (-: standard output)')
@@ -51,11 +51,12 @@ def run(options):
     arguments |= tool_of(options.tool, options.diameter, machine, refuse)
     check_outputs(refuse, {'--json': options.json}, [('the program', options.program), ('the INI file', ini_of(options))])
     settings = _settings(machine)
+    _check_material(options.material, settings)
     path = path_of(options.program, settings.path('JOBS'))
     options.air = settings['SETUP_AIR'] if options.air is None else options.air
     exit_on_sigterm()
     progress, lines = Progress(sys.stderr), lines_of(options.program)
-    measured = measure(options.program, machine, names(options.program, machine), progress=lambda line: progress(line / lines), **arguments)
+    measured = measure(options.program, machine, names(options.program, machine), material=options.material, progress=lambda line: progress(line / lines), **arguments)
     progress.end()
     said = sys.stderr if options.json == '-' else sys.stdout
     print('\n'.join(report(options.program, measured, options.air)), file=said, flush=True)
@@ -77,6 +78,16 @@ def _settings(machine):
     from chipwise.settings import load_settings
     try:
         return load_settings(machine.ini)
+    except CycleError as error:
+        raise UsageError(f'{NAME}: {unnamed(error)}') from error
+
+
+def _check_material(name, settings):
+    """Refuse a material that no table has."""
+    from chipwise.tool_data.materials import find_material
+    try:
+        if name:
+            find_material(name, settings.path('MATERIALS'))
     except CycleError as error:
         raise UsageError(f'{NAME}: {unnamed(error)}') from error
 

@@ -7,6 +7,7 @@ the spindle standing included, the feed is F (core/feed.h, 15).
 
 from chipwise.tool_data.chip_loads import chip_limit
 from chipwise.glue import program_run
+from chipwise.setup import job
 from chipwise.tool_data.materials import material_of_file
 from chipwise.tool_data.geometry import tool_geometry
 
@@ -20,7 +21,8 @@ def lacking(state):
     if geometry.chip_load:
         return ""
     settings = state.settings
-    material = material_of_file(program_run.main_file(state.interp), settings["MATERIAL"], settings.path("MATERIALS"))
+    program = program_run.main_file(state.interp)
+    material = material_of_file(program, settings["MATERIAL"], settings.path("MATERIALS"), job.material_of(program, settings))
     spindle = settings["SPINDLE_POWER"] or settings["SPINDLE_TORQUE"]
     if material and (spindle or chip_limit(state.tool_diameter(), geometry, material, settings)):
         return ""

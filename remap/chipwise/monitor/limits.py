@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The limits of edges and spindle for the pins: the material of the loaded program, and what the spindle gives at its speed.
 
-Called by worker.py and loaded_program.py.  The material is that of the program's MATERIAL comment, else of [CHIPWISE]MATERIAL (tool_data/materials.py); the power that of
+Called by worker.py and loaded_program.py.  The material is that of the program's MATERIAL comment, else of the set-up in force, else of [CHIPWISE]MATERIAL
+(tool_data/materials.py); the power that of
 [CHIPWISE]SPINDLE_POWER.  What is not known limits nothing, and is said once for each program.
 """
 
@@ -21,25 +22,40 @@ class Limits:
     def __init__(self, component, settings, saying):
         """saying: Saying of what lacks."""
         self.component, self.settings, self.saying = component, settings, saying
+        self.text, self.job = '', ''                # of the program; the material of its set-up, a name
         self.material, self.told = None, set()      # told: (tool, mm, material) of default chips
+        self.problem, self.lacks = '', False        # to be said: what is wrong with a name; there is none, and a limit needs one
 
     def program(self, text):
         """Another program, as bytes: its material."""
-        found, problem = None, ''
-        text = text.decode('utf-8', 'replace') if b'MATERIAL' in text.upper() else ''
+        self.text = text.decode('utf-8', 'replace') if b'MATERIAL' in text.upper() else ''
+        self.told = set()
+        self._find('')
+        if not (self.problem or self.lacks):
+            self.saying.forget()
+
+    def set_up(self, name, is_read):
+        """At each look, the material of the set-up in force, '' for none; is_read: whether nothing more is to come, so that what lacks can be said."""
+        if name != self.job:
+            self._find(name)
+        if not is_read:
+            return
+        if self.lacks:
+            self.saying.tell(NO_MATERIAL)
+        if self.problem:
+            self.saying.tell(self.problem)
+        self.problem, self.lacks = '', False
+
+    def _find(self, job):
+        found, problem, self.job = None, '', job
         try:
-            found = material_of(text, self.settings['MATERIAL'], self.settings.path('MATERIALS'))
+            found = material_of(self.text, self.settings['MATERIAL'], self.settings.path('MATERIALS'), job)
         except CycleError as error:
             problem = unnamed(error)
-        if not found and not problem and (self.settings['SPINDLE_POWER'] or self.settings['SPINDLE_TORQUE']):
-            problem = NO_MATERIAL
-        self.material, self.told = found, set()
+        self.material, self.problem = found, problem
+        self.lacks = not found and not problem and bool(self.settings['SPINDLE_POWER'] or self.settings['SPINDLE_TORQUE'])
         self.component['specific-force'] = found.kc11 if found else 0.0
         self.component['force-exponent'] = found.mc if found else 0.0
-        if problem:
-            self.saying.tell(problem)
-        else:
-            self.saying.forget()
 
     def default_chip(self, number, shape, units):
         """The largest chip (mm) of a tool without chip_load, said once; 0: none.  shape: Tool in machine units, `units` a mm."""

@@ -105,6 +105,10 @@ class SetUp:
         self.pins["job-target"], self.pins["job-ceiling"] = target, ceiling
         return shape
 
+    def material(self):
+        """The name of what the stock is made of, while the set-up is in force; "": none."""
+        return self.answer["material"] if self.in_force and self.answer else ""
+
     def ceiling(self):
         """Times F, of any tool with a target; 1: the feed never rises."""
         found = [ceiling for _diameter, target, ceiling in self.tools.values() if target]

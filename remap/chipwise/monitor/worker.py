@@ -287,6 +287,7 @@ class Monitor(SpindleTool):
             self.shadow.leave()
         else:
             self.shadow.follow(self.linuxcnc, self.status)
+        self.limits.set_up(self.set_up.material(), self.set_up.has_read(self.main_program()))
         known.show(self.component, self.main_program(), self.shadow, self.set_up)
 
     def step(self):

@@ -23,6 +23,7 @@ from chipwise.settings import load_settings
 from chipwise.setup import confirmed
 from chipwise.setup import job as jobs
 from chipwise.setup.measure import measure as measured
+from chipwise.tool_data.materials import find_material
 
 CPU_S = 100
 
@@ -36,16 +37,18 @@ def measure(order, machine):
     stock = values and (tuple(values[:3]), tuple(values[3:]))
     if stock and not all(b - a >= jobs.LEAST_MM for a, b in zip(*stock)):
         raise CycleError("the stock has no extent", "give its lower corner first, then its upper one")
+    settings = load_settings(order["ini"])
+    if order["material"]:
+        find_material(order["material"], settings.path("MATERIALS"))
     with OwnFolder("setup") as folder:
         try:
             loaded = machine_in_force(order["ini"], scene, folder)
-            found = measured(program, loaded, confirmed.names(program, loaded), stock=stock, cpu_s=CPU_S)
+            found = measured(program, loaded, confirmed.names(program, loaded), stock=stock, material=order["material"], cpu_s=CPU_S)
         except Unreadable as error:
             raise CycleError(str(error).partition(";")[0], str(error).partition("; ")[2]) from error
     if found.result.error:
         text, line = found.result.error
         raise CycleError(with_line(text.partition(";")[0], line), text.partition("; ")[2] or "see chipwise check")
-    settings = load_settings(order["ini"])
     air = settings["SETUP_AIR"]
     job = confirmed.job_of(program, found, order["material"], air)
     before, _why = jobs.state_of(jobs.path_of(program, settings.path("JOBS")), program, found.digest)

@@ -4,7 +4,7 @@
 from chipwise.program import post_comments
 from chipwise.errors import CycleError
 from chipwise.setup import job as jobs
-from chipwise.setup.measure import digest_of
+from chipwise.setup.job import digest_of
 from chipwise.tool_data.table import remarks
 
 

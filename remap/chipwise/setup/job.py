@@ -6,6 +6,7 @@ was changed since, or another one of that name, has no set-up.  Nothing else of 
 or in a CycleError.  mm, mm3/min; the file has rates in cm3/min, as a person types them.
 """
 
+import hashlib
 import json
 import math
 import os
@@ -15,7 +16,8 @@ from dataclasses import dataclass
 from typing import Any, NoReturn, Optional
 
 from chipwise.errors import CycleError, braceless
-from chipwise.host.files import printable, read_bytes, write_durable
+from chipwise.host.files import open_regular, printable, read_bytes, write_durable
+from chipwise.program import program_file
 from chipwise.rates import MAX_RATE, MM3_PER_CM3
 from chipwise.settings import SETTINGS
 from chipwise.tool_data.geometry import MAX_DIGITS
@@ -240,3 +242,22 @@ def state_of(path: str, program: str, digest: str) -> tuple[Optional[Job], str]:
     if job.digest != digest:
         return None, f"the program was changed since it was set up in {_name(path)}; confirm it again"
     return job, ""
+
+
+def digest_of(program: str) -> str:
+    """SHA-256 of a file.  Raises OSError."""
+    found = hashlib.sha256()
+    with open_regular(program, program_file.MAX_BYTES) as file:
+        while part := file.read(1 << 20):
+            found.update(part)
+    return found.hexdigest()
+
+
+def material_of(program: str, settings) -> str:
+    """The material that is confirmed for a program as it is now, "" for none.  settings: [CHIPWISE]."""
+    path = path_of(program, settings.path("JOBS"))
+    try:
+        job = state_of(path, program, digest_of(program))[0] if os.path.lexists(path) else None
+    except (OSError, ValueError):
+        job = None
+    return job.material if job else ""

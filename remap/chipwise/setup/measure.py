@@ -6,7 +6,6 @@ times at F it has those at the ceiling, which is a multiple of the F of each mov
 as the axes.  mm, s, mm3/min.
 """
 
-import hashlib
 from dataclasses import dataclass
 from typing import Optional
 
@@ -20,8 +19,8 @@ from chipwise.check.answer import check
 from chipwise.check.simulate import Simulation
 from chipwise.check.times import CONSTANT, OFF, Timer
 from chipwise.check.tooth_rules import TOOTH_SLACK
-from chipwise.host.files import open_regular
 from chipwise.setup.chip_ceiling import ceilings
+from chipwise.setup.job import digest_of
 from chipwise.setup.rates import ToolLoad
 
 SAME_Z = 1e-4               # mm: a retract plane at the clearance is clear of the stock
@@ -117,8 +116,8 @@ class SetupTimer(Timer):
 class SetupSimulation(Simulation):
     """A program under way, with the clock above."""
 
-    def __init__(self, program, machine, *arguments):
-        super().__init__(program, machine, *arguments)
+    def __init__(self, program, machine, *arguments, **more):
+        super().__init__(program, machine, *arguments, **more)
         self.timer = SetupTimer(machine, self.settings["SETUP_CEILING"], ceilings(program, self.geometry, machine.unit_mm, MAX_BYTES))
         self.first_stock = None                         # (low, high) mm, work coordinates
         self.thinner, self.first_frame = Thinner(DRAWN_POINTS), None
@@ -202,27 +201,18 @@ class Measured:
         return self.time_air_s if air else self.time_with_s
 
 
-def digest_of(program):
-    """SHA-256 of a file.  Raises OSError."""
-    found = hashlib.sha256()
-    with open_regular(program, MAX_BYTES) as file:
-        while part := file.read(1 << 20):
-            found.update(part)
-    return found.hexdigest()
-
-
-def measure(program, machine, names, stock=None, **arguments):
-    """What was measured in a program.  names: {tool number: name}; stock, arguments: those of answer.check."""
+def measure(program, machine, names, stock=None, material="", **arguments):
+    """What was measured in a program.  names: {tool number: name}; material: a name, that of the set-up; stock, arguments: those of answer.check."""
     made = []
 
-    def simulated(*parts):
-        made[:] = [SetupSimulation(*parts)]
+    def simulated(*parts, **more):
+        made[:] = [SetupSimulation(*parts, **more)]
         return made[0]
     try:
         digest = digest_of(program)
     except OSError:
         digest = ""                                     # check says why
-    result = check(program, machine, stock, assumes=True, simulated=simulated, **arguments)
+    result = check(program, machine, stock, assumes=True, simulated=simulated, confirmed=lambda _program, _settings: material, **arguments)
     if result.error:
         return Measured(result)
     simulation = made[0]

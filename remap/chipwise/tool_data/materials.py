@@ -5,10 +5,12 @@ Called by monitor/ and by whoever judges a load.  Source: O. Kienzle, Die Bestim
 (1952): F = kc11 b h^(1 - mc), of an edge that cuts b mm wide and h mm thick.  tool_data/materials.toml has the figures, and where they are from.
 
  1. [CHIPWISE]MATERIALS names a file of the same form; what it has goes before the table of chipwise.
- 2. A program names its material in a comment, (MATERIAL,NAME=6061); else [CHIPWISE]MATERIAL does.  None of both: the material is not known.
+ 2. A program names its material in a comment, (MATERIAL,NAME=6061); else the set-up that a person has confirmed for it does, while that is in force;
+    else [CHIPWISE]MATERIAL.  None of them: the material is not known.
  3. Names are compared without regard to capitals, blanks and the signs - _ + /.
 """
 
+import difflib
 import os
 import re
 import sys
@@ -24,6 +26,7 @@ TABLE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "materials.toml
 MAX_BYTES = 1 << 18             # of a file: some thousand materials
 READ_BYTES = 4_000_000          # of a program: it names its material near its head
 MAX_SHOWN = 40                  # characters of a wrong value in a message
+MOST_NEAR, LIKE = 3, 0.6        # names like a wrong one: how many, and how like
 GROUPS = "PMKNSH"               # ISO 513
 KEYS = ("names", "group", "kc11", "mc", "source")
 # key: (smallest, largest, rule)
@@ -114,8 +117,18 @@ def find_material(name: str, own: str = "") -> Material:
         found = _load(path).get(_key(name))
         if found:
             return found
-    raise CycleError("the material {name} is not known", "use a name of docs/user/materials.md, or add it to the file of [CHIPWISE]MATERIALS",
-                     name=name.strip()[:MAX_SHOWN] or "(none)")
+    shown, like = name.strip()[:MAX_SHOWN] or "(none)", near(name, own)
+    if like:
+        raise CycleError("the material {name} is not known", "use {like}, or another name of docs/user/materials.md, or add it to the file of [CHIPWISE]MATERIALS",
+                         name=shown, like=", ".join(like))
+    raise CycleError("the material {name} is not known", "use a name of docs/user/materials.md, or add it to the file of [CHIPWISE]MATERIALS", name=shown)
+
+
+def near(name: str, own: str = "") -> list[str]:
+    """Materials with a name like this one, MOST_NEAR of them at most."""
+    known = {key: one.name for path in ((own, TABLE) if own else (TABLE,)) for key, one in _load(path).items()}
+    found = difflib.get_close_matches(_key(name)[:MAX_SHOWN], known, 3 * MOST_NEAR, LIKE)
+    return list(dict.fromkeys(known[key] for key in found))[:MOST_NEAR]
 
 
 def named_in(text: str) -> Optional[str]:
@@ -129,13 +142,13 @@ def named_in(text: str) -> Optional[str]:
     return None
 
 
-def material_of(text: str, setting: str = "", own: str = "") -> Optional[Material]:
-    """The Material of a program's text and the INI file's keys MATERIAL and MATERIALS [2]; None: not known.  Raises CycleError."""
-    name = named_in(text) or setting
+def material_of(text: str, setting: str = "", own: str = "", job: str = "") -> Optional[Material]:
+    """The Material of a program's text, the INI file's keys MATERIAL and MATERIALS, and the name in the set-up [2]; None: not known.  Raises CycleError."""
+    name = named_in(text) or job or setting
     return find_material(name, own) if name else None
 
 
-def material_of_file(path: str, setting: str = "", own: str = "") -> Optional[Material]:
+def material_of_file(path: str, setting: str = "", own: str = "", job: str = "") -> Optional[Material]:
     """material_of() of a program's file; one that cannot be read names none.  Raises CycleError."""
     text = b""
     try:
@@ -143,4 +156,4 @@ def material_of_file(path: str, setting: str = "", own: str = "") -> Optional[Ma
             text = program.read(READ_BYTES)
     except (OSError, ValueError):
         pass
-    return material_of(text.decode("utf-8", "replace") if b"MATERIAL" in text.upper() else "", setting, own)
+    return material_of(text.decode("utf-8", "replace") if b"MATERIAL" in text.upper() else "", setting, own, job)
