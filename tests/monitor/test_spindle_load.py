@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What chipwise-monitor makes of the load of the spindle: factors that are kept, wear, words."""
+import errno
+import os
+
 import pytest
 
 from chipwise.clib.layout import LoadAlarm
@@ -65,6 +68,25 @@ def test_cuts_before_the_monitor_began_and_of_no_tool_teach_nothing(tmp_path):
     late = SpindleLoad({**watched.pins, "tool-number": 3, "load-cuts": 9}, parse_settings({}, str(tmp_path)), watched.errors.append, watched.shown.append)
     late.follow("6061", lambda: 1)
     assert not late.saying.texts
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EROFS, errno.EACCES])
+def test_a_factor_that_cannot_be_written_counts_all_the_same(tmp_path, monkeypatch, number):
+    """One sentence; the next one that can be written brings the first one along."""
+    watched = Watched(tmp_path)
+
+    def full(*_arguments):
+        raise OSError(number, os.strerror(number))
+    with monkeypatch.context() as patched:
+        patched.setattr(load_factors, "write_durable", full)
+        watched.cut(1.3)
+        for _ in range(3):
+            watched()
+        watched.cut(1.31)
+    assert watched.pins["load-factor"] == 1.3 and len(watched.told) == 1 and f"is not kept in spindle_loads.toml: {os.strerror(number)}; make room" in watched.told[0]
+    assert not watched.errors and not (tmp_path / "spindle_loads.toml").exists()
+    watched.cut(0.9, "C45")
+    assert load_factors.read(str(tmp_path / "spindle_loads.toml")) == {(3, "6061"): 1.3, (3, "C45"): 0.9}
 
 
 def test_wear_is_said_after_two_cuts_once(tmp_path, capsys):

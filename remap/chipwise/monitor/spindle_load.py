@@ -22,6 +22,7 @@ LOAD_ALARMS = {         # volumetric-feed.0.load-alarm (man volumetric_feed)
     LoadAlarm.HIGH: 'the spindle takes {ratio:.1f} times the load of this tool ({where}): it is dull, or another tool or material; press Stop and look at it',
     LoadAlarm.LOW: 'the spindle takes {ratio:.1f} times the load of this tool ({where}): it is another tool or material, or less stock; press Stop and look at it',
     LoadAlarm.UNUSABLE: 'the load of the spindle is not a number, negative, or does not change; check the wiring of spindle-load'}
+NOT_KEPT = 'the factor {factor:.2f} of tool {tool} in {material} is not kept in {file}: {reason}; make room, or correct [CHIPWISE]SPINDLE_LOADS'
 TAUGHT = 'the spindle takes {factor:.2f} times the predicted power with tool {tool} in {material}; it is kept in {file}'
 STRANGE = 'the spindle takes {ratio:.2g} times the predicted power with tool {tool}: too far off to be kept; check [CHIPWISE]SPINDLE_LOAD_SCALE (W), tool and stock'
 WEAR = 'tool {tool} takes {ratio:.2f} times the power that it was taught with in {material}; look at its edges, or delete its line in {file}'
@@ -71,8 +72,12 @@ class SpindleLoad:
         taught, file = self.factors.get(key), os.path.basename(self.path)
         if taught is None:
             self.factors[key] = factor
-            load_factors.write(self.path, self.factors)
-            self.stamp = os.stat(self.path).st_mtime_ns
+            try:
+                load_factors.write(self.path, self.factors)
+                self.stamp = os.stat(self.path).st_mtime_ns
+            except OSError as error:        # it counts until LinuxCNC ends
+                self.saying.tell(NOT_KEPT.format(factor=factor, tool=tool, material=material, file=file, reason=error.strerror or error))
+                return
             self.saying.tell(TAUGHT.format(factor=factor, tool=tool, material=material, file=file))
             return
         print(f'chipwise: spindle load: tool {tool} in {material} {factor:.3f}, taught {taught:.3f}', flush=True)
