@@ -7,6 +7,7 @@ import os
 from chipwise.host.processes import is_ours, shared_memory
 
 SHM_RDONLY = 0o10000                # of shmat: sys/shm.h
+IPC_RMID = 0                        # of shmctl: sys/ipc.h
 
 
 class SharedStockError(Exception):
@@ -29,8 +30,8 @@ def _size_of_ours(number):
 
 
 class Mapped:
-    """The memory under a key.  hal.shm(..).getbuffer() of 2.9 leaves the shape of its buffer unset (halmodule.cc,
-    shm_buffer_getbuffer): it works by luck, so the block is mapped here."""
+    """The memory under a key, mapped without hal.shm: 2.10 gives a warning at each use of it, and its getbuffer() of 2.9 leaves the shape of
+    the buffer unset (halmodule.cc, shm_buffer_getbuffer)."""
 
     def __init__(self, key, read_only, least):
         """least: bytes that it has at least."""
@@ -38,6 +39,7 @@ class Mapped:
         self._libc.shmat.restype = C.c_void_p
         self._libc.shmdt.argtypes = [C.c_void_p]
         number = self._libc.shmget(C.c_int(key), C.c_size_t(least), 0o600)
+        self._number, self._read_only = number, read_only
         size = _size_of_ours(number) if number >= 0 else 0
         self._address = self._libc.shmat(number, None, SHM_RDONLY if read_only else 0) if number >= 0 else None
         if self._address in (None, C.c_void_p(-1).value):
@@ -47,5 +49,12 @@ class Mapped:
         self.memory = memoryview((C.c_char * size).from_address(self._address)).cast("B")
 
     def close(self):
+        """A writer that is the last to let the memory go removes it, as rtapi_shmem_delete() does: rtapi_app leaves a map that is in use
+        then, and a later LinuxCNC with another size could not have it.  The second close() does nothing."""
+        if self._address is None:
+            return
         self.memory = None
         self._libc.shmdt(self._address)
+        self._address = None
+        if not self._read_only and any(row["shmid"] == self._number and row["nattch"] == 0 for row in shared_memory()):
+            self._libc.shmctl(self._number, IPC_RMID, None)

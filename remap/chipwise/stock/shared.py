@@ -99,7 +99,7 @@ class SharedStock:
         self._head = self._memory = None
         if self._held:
             self._held[0].close()
-        component = self._held[2:]
+        component = self._held[1:]
         self._held = ()
         for one in component:
             one.exit()
@@ -301,10 +301,9 @@ def attach(tracker=0, component=None, read_only=False):
             component.exit()
         raise SharedStockError(f"chipwise: stock map: there is no stock-tracker.{tracker}; start a LinuxCNC "
                                "with chipwise.hal") from error
-    holder = None if read_only else hal.shm(component, key, C.sizeof(_Head))    # its end removes a map nobody else has any more
     mapped = Mapped(key, read_only, C.sizeof(_Head))
     stock = SharedStock(mapped.memory)
-    stock._held = (mapped, holder, component) if own else (mapped, holder)
+    stock._held = (mapped, component) if own else (mapped,)
     size = len(mapped.memory)
     if size != stock._end_of_cells() + C.sizeof(layout.PathDone) + clamp_table.SIZE:
         stock.close()
