@@ -13,7 +13,7 @@ OWN_PATH = {
     "panel_tab_host.py",                                                        # on an X display of its own
     "second_oracles.py",                                                        # where pip has put the libraries
     "test_foreign_memory.py", "test_monitor.py", "test_panel_tab.py", "test_planner.py", "test_headless.py", "test_sandbox.py",
-    "test_layout.py", "bench_pocket.py", "filter_rig.py", "test_load_components.py", "test_program_out.py",     # in the text of another process's program
+    "test_layout.py", "bench_pocket.py", "filter_rig.py", "test_cam_posts.py", "test_load_components.py", "test_program_out.py",     # in the text of another process's program
     "test_docs.py", "test_filter.py", "test_words.py", "pocket_engagement.py", "test_debian.py", "test_on_linuxcnc.py",     # programs of tools/
     "test_forked.py"}                                                           # compares what programs see of themselves
 IMPORT = re.compile(r"^\s*(?:from|import)\s+([\w.]+)(?:\s+import\s+([\w, ]+))?", re.M)
