@@ -8,7 +8,7 @@ HEAVY = ("numpy", "shapely", "chipwise.planner.plans", "chipwise.geometry.base.c
 
 def loaded(*lines):
     """The modules in the interpreter after some lines of a program."""
-    trace = canon.run_rs274("\n".join([*lines, ";py,import sys; print('loaded:', *sorted(sys.modules))", "M2", ""]))
+    trace = canon.run_rs274("\n".join([*lines, ";py,import sys; print('loaded:', *sorted(sys.modules))", "M2", ""]), started=True)
     assert not trace.error, trace.error
     return next(line for line in trace.output.splitlines() if line.startswith("loaded: ")).split()[1:]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A forked bin/chipwise (support/forked.py) is one that an interpreter was started for: the same output, status, surroundings and end."""
+"""A forked bin/chipwise, preview or rs274 (support/forked.py) is one that an interpreter was started for: the same output, status, surroundings and end."""
 import json
 import os
 import signal
@@ -9,7 +9,8 @@ import time
 
 import pytest
 
-from support import forked
+from support import ROOT, forked
+from support.canon import PYTHON, write_ini, write_tools
 
 SLOT = "G21 G90 G17 G40 G49 G80 G94\nM250 P0 Q0 R-20 I100 J60 K20\nT1 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-4\nG1 X110 F400\nG0 Z5\nM2\n"
 # In place of bin/chipwise: what a program sees of itself.
@@ -122,3 +123,54 @@ def test_another_library_or_language_starts_an_interpreter(another, tmp_path):
     program = another("import sys\nprint('chipwise.check' in sys.modules)\n")
     for env, expected in ((os.environ, "True\n"), ({**os.environ, "CHIPWISE_CORE": "other.so"}, "False\n"), ({**os.environ, "LC_ALL": "C"}, "False\n")):
         assert forked.run([str(program)], timeout=60, cwd=tmp_path, env=env).stdout == expected
+
+
+HOLE = "G21 G90\nT1 M6\nS8000 M3 F300\nG0 X0 Y0 Z5\nG12 I5 Z-2 H0\nM2\n"
+CONTOUR = ("G21 G90\nT1 M6\nS8000 M3 F300\nG0 X-20 Y-20 Z5\nG77 P42 Q100 Z-1\nM2\n"
+           "O100 sub\nG1 X0 Y0\nX20\nY20\nO100 endsub\n")
+REFUSED = HOLE.replace("I5", "I0.1")
+# What the interpreter sees of its planner: its parent, whether it runs, whether it was forked, and how it ends.
+SEEN = """G21 G90
+T1 M6
+S8000 M3 F300
+G0 X0 Y0 Z5
+G12 I5 Z-2 H0
+;py,from chipwise.planner import client
+;py,from chipwise.host.processes import stat_fields
+;py,import os
+;py,pid = client._current.pid
+;py,print('planner:', int(stat_fields(pid)[1]) == os.getpid(), client._current.alive, 'fork_server' in open(f'/proc/{pid}/cmdline').read(), client._current.end())
+M2
+"""
+
+
+def three(folder, text, kind, started):
+    """(status, output, errors) of a program in a preview or rs274."""
+    (folder / "program.ngc").write_text(text)
+    (folder / "test.var").write_text("5161 0\n")
+    table = write_tools(folder, {1: 2.0}, 1.0 if kind == "preview" else 25.4)
+    ini = write_ini(folder)
+    env = {**os.environ, "HOME": str(folder), "INI_FILE_NAME": str(ini)}
+    arguments = ([str(folder / "program.ngc"), "1.0", str(table), str(folder / "test.var")] if kind == "preview" else
+                 ["-g", "-i", str(ini), "-t", str(table), "-v", str(folder / "test.var"), str(folder / "program.ngc")])
+    if started:
+        done = subprocess.run([*([PYTHON, forked.PREVIEW] if kind == "preview" else ["rs274"]), *arguments], cwd=ROOT, env=env, text=True,
+                              stdin=subprocess.DEVNULL, capture_output=True, timeout=300)
+    else:
+        done = getattr(forked, kind)(arguments, cwd=ROOT, env=env, timeout=300)
+    return done.returncode, done.stdout, done.stderr
+
+
+@pytest.mark.parametrize("kind", ["preview", "rs274"])
+@pytest.mark.parametrize("text, moves", [(HOLE, True), (CONTOUR, True), (REFUSED, False), ("G1 X1\n", False)], ids=["hole", "contour", "refused", "no feed"])
+def test_the_same_moves(kind, text, moves, tmp_path):
+    ours, theirs = (three(tmp_path, text, kind, started) for started in (False, True))
+    assert ours == theirs
+    assert (theirs[1].count('"feed"') + theirs[1].count('"arc"') + theirs[1].count("_FEED(") > 3) == moves
+
+
+@pytest.mark.parametrize("kind, started", [("preview", False), ("rs274", False), ("rs274", True)])
+def test_the_planner_is_a_child_of_the_interpreter(kind, started, tmp_path):
+    """Forked or started, and ends as one when it is killed."""
+    _, out, errors = three(tmp_path, SEEN, kind, started)
+    assert [line.split() for line in (out + errors).splitlines() if line.startswith("planner: ")] == [["planner:", "True", "True", str(not started), "-9"]]

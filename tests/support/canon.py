@@ -21,7 +21,7 @@ from pathlib import Path
 
 from chipwise.program import rs274
 from chipwise.ini import section_of
-from support import ROOT
+from support import ROOT, forked
 from support.hole_oracle import Element
 
 PYTHON = "/usr/bin/python3"
@@ -136,9 +136,9 @@ def _prepare(folder, program):
     return path, {**os.environ, "HOME": str(folder)}
 
 
-def run_rs274(program, tools=None, machine="mm", ini=None, **settings):
-    """A program through rs274, its tools given in mm."""
-    run = _rs274(program, tools, machine, ini, settings, ())
+def run_rs274(program, tools=None, machine="mm", ini=None, started=False, **settings):
+    """A program through rs274, its tools given in mm; started: as a user starts it, without support/forked.py."""
+    run = _rs274(program, tools, machine, ini, settings, (), started)
     trace = parse_rs274(run.stdout)
     messages = [line for line in run.stderr.splitlines() if line and line != "executing"]
     if run.returncode != 0:
@@ -154,16 +154,17 @@ def run_rs274_on(program, tools=None, machine="mm", ini=None, **settings):
     return parse_rs274(run.stdout), [text for text, _ in said], [line for _, line in said]
 
 
-def _rs274(program, tools, machine, ini, settings, options):
+def _rs274(program, tools, machine, ini, settings, options, started=False):
     """The finished process."""
     with tempfile.TemporaryDirectory() as folder:
         path, environment = _prepare(folder, program)
         ini = ini or write_ini(folder, machine, **settings)
         unit = section_of(Path(ini).read_text().splitlines(), "TRAJ").get("LINEAR_UNITS", "mm")
         table = write_tools(folder, tools or {1: 2.0}, rs274.tool_table_unit(unit))
-        return subprocess.run(["rs274", "-g", *options, "-i", str(ini), "-t", str(table), "-v", f"{folder}/test.var",
-                               str(path)], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300,
-                              check=False)
+        arguments = ["-g", *options, "-i", str(ini), "-t", str(table), "-v", f"{folder}/test.var", str(path)]
+        if started:
+            return subprocess.run(["rs274", *arguments], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300, check=False)
+        return forked.rs274(arguments, cwd=ROOT, env=environment, timeout=300)
 
 
 _CALL = re.compile(r"^\s*\d+ N\S*\s+([A-Z0-9_]+)\((.*)\)\s*$")
@@ -211,9 +212,7 @@ def run_preview(program, tools=None, machine="mm", ini=None, timeout=300, **sett
         path, environment = _prepare(folder, program)
         environment["INI_FILE_NAME"] = str(ini or write_ini(folder, machine, **settings))
         table = write_tools(folder, tools or {1: 2.0}, UNIT_MM[machine])
-        run = subprocess.run([PYTHON, str(ROOT / "tests/support/preview_probe.py"), str(path), repr(1 / UNIT_MM[machine]),
-                              str(table), f"{folder}/test.var"],
-                             cwd=ROOT, env=environment, capture_output=True, text=True, timeout=timeout, check=False)
+        run = forked.preview([str(path), repr(1 / UNIT_MM[machine]), str(table), f"{folder}/test.var"], cwd=ROOT, env=environment, timeout=timeout)
     trace = Trace(output=run.stdout + run.stderr)
     if run.returncode != 0:
         raise RuntimeError(f"preview: exit {run.returncode}\n{run.stderr}")

@@ -3,10 +3,10 @@
 
     fork_server.py SOCKET
 
-A message is JSON (argv, cwd, env) with four handles: standard input, output and error of the process that is forked, and one to which its
-number is written, and its exit status when it has ended. The server ends when the socket does. A forked process leaves serve() and
-executes argv[0] as the interpreter would, so its end is that of an interpreter. It starts LinuxCNC's interpreter (chipwise.program.reader)
-by a fork as well.
+A message is JSON (argv, cwd, env, nursery, execute) with four handles: standard input, output and error of the process that is forked, and one
+to which its number is written, and its exit status when it has ended. The server ends when the socket does. A forked process leaves serve() and
+executes argv[0] as the interpreter would, so its end is that of an interpreter; with `execute` it becomes the program argv[0] instead. With
+`nursery` chipwise's own processes (planner, contour subs, reader) are forked as well: rs274_site/fork_popen.py.
 """
 import contextlib
 import gc
@@ -17,11 +17,13 @@ import runpy
 import select
 import signal
 import socket
-import subprocess
 import sys
+import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path[0] = os.path.join(ROOT, 'remap')
+sys.path.append(os.path.join(ROOT, 'tests', 'support', 'rs274_site'))
+import fork_popen                       # noqa: E402
 
 COMMANDS = ('check', 'rewrite', 'setup')
 ORDER_BYTES = 1 << 18
@@ -33,6 +35,9 @@ def load():
     from chipwise import cli
     from chipwise.program import program_code     # noqa: F401
     from chipwise.check import run      # noqa: F401
+    from chipwise.planner import client, plans    # noqa: F401
+    from chipwise.contour_sub import run as sub   # noqa: F401
+    from chipwise.pattern import run as pattern   # noqa: F401
     from chipwise.program import motion_modes, records, tool_calls      # noqa: F401
     cli.build_parser(COMMANDS)
     gc.collect()
@@ -66,29 +71,54 @@ def become(argv, cwd, env, handles):
     sys.path[0] = os.path.dirname(argv[0])
 
 
-class Forked(subprocess.Popen):
-    """Popen of the reader: [python, -s, reader_runner.py, ..] is a fork of this process, everything else a process."""
+def have_nursery():
+    """Fork a child that forks what this process has started of chipwise (rs274_site/fork_popen.py). -> handle of the socket to it."""
+    ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    if os.fork() == 0:
+        ours.close()
+        order, handles = nurse(theirs)
+        theirs.close()
+        execute_in_fork(order['argv'], order['cwd'], order['env'], handles)
+    theirs.close()
+    return ours.detach()
 
-    def _execute_child(self, args, executable, preexec_fn, close_fds, pass_fds, cwd, env, startupinfo, creationflags, shell,
-                       p2cread, p2cwrite, c2pread, c2pwrite, errread, errwrite, *others):
-        from chipwise.program import reader
-        if args[1:3] != ['-s', reader.RUNNER]:
-            super()._execute_child(args, executable, preexec_fn, close_fds, pass_fds, cwd, env, startupinfo, creationflags, shell,
-                                   p2cread, p2cwrite, c2pread, c2pwrite, errread, errwrite, *others)
-            return
-        self.pid = os.fork()
-        if self.pid == 0:
-            execute_in_fork(args[2:], cwd or os.getcwd(), os.environ if env is None else dict(env), (p2cread, c2pwrite, errwrite))
-        self._child_created = True
-        self._close_pipe_fds(p2cread, p2cwrite, c2pread, c2pwrite, errread, errwrite)
+
+def nurse(asked):
+    """Fork for each order. -> (order, handles), in a process that was forked and belongs to the one that asked."""
+    for handle in (0, 1, 2):            # a pipe ends with the process that was given it
+        os.dup2(os.open(os.devnull, os.O_RDWR), handle)
+    keeps = {0, 1, 2, asked.fileno()}
+    for name in os.listdir('/proc/self/fd'):
+        if int(name) not in keeps:
+            with contextlib.suppress(OSError):
+                os.close(int(name))
+    while True:
+        message, handles, _flags, _address = socket.recv_fds(asked, ORDER_BYTES, 3)
+        if not message:
+            os._exit(0)
+        order = json.loads(message)
+        between = os.fork()
+        if between == 0:
+            own = os.getpid()
+            if os.fork():
+                os._exit(0)
+            while os.getppid() == own:
+                time.sleep(0.0002)
+            if os.getppid() != order['parent']:
+                os._exit(1)             # its parent has ended meanwhile
+            asked.send(b'%d' % os.getpid())
+            return order, handles
+        for handle in handles:
+            os.close(handle)
+        os.waitpid(between, 0)
 
 
 def execute_in_fork(argv, cwd, env, handles):
-    """Below a program's own frames: its handlers must not see what this one raises."""
+    """Be the interpreter that runs argv[0], from its first line to the process's end."""
     status = 1
     try:
-        become(argv, cwd, env, handles)
-        sys.path[0] = os.path.join(ROOT, 'remap')
+        become(argv, cwd, {name: value for name, value in env.items() if name not in (fork_popen.VARIABLE, 'PYTHONPATH')}, handles)
+        fork_popen.use(have_nursery(), execute_in_fork)
         runpy.run_path(argv[0], run_name='__main__')
         status = 0
     except SystemExit as ended:
@@ -104,7 +134,7 @@ def execute_in_fork(argv, cwd, env, handles):
 
 
 def serve(server):
-    """Fork for each message. -> argv, in a process that was forked; None at the end."""
+    """Fork for each message. -> the order, in a process that was forked; None at the end."""
     running = {}                # pidfd: process, handle of the caller
     while True:
         ready, _, _ = select.select([server, *running], [], [])
@@ -124,7 +154,7 @@ def serve(server):
             if pid == 0:
                 order = json.loads(message)
                 become(order['argv'], order['cwd'], order['env'], handles[:3])
-                return order['argv']
+                return order
             for handle in handles[:3]:
                 os.close(handle)
             with contextlib.suppress(BrokenPipeError):
@@ -135,13 +165,18 @@ def serve(server):
 def main():
     server = socket.socket(fileno=int(sys.argv[1]))
     load()
-    argv = serve(server)
-    if argv is not None:
-        server.detach()
-        from chipwise.program import reader
-        reader.subprocess = type(sys)('subprocess')
-        reader.subprocess.__dict__.update(vars(subprocess), Popen=Forked)
-        runpy.run_path(argv[0], run_name='__main__')
+    order = serve(server)
+    if order is None:
+        return
+    server.detach()
+    argv = order['argv']
+    if order['execute']:
+        nursery = have_nursery()
+        os.set_inheritable(nursery, True)
+        os.execvpe(argv[0], argv, {**os.environ, fork_popen.VARIABLE: str(nursery), 'PYTHONPATH': os.path.dirname(fork_popen.__file__)})
+    if order['nursery']:
+        fork_popen.use(have_nursery(), execute_in_fork)
+    runpy.run_path(argv[0], run_name='__main__')
 
 
 if __name__ == '__main__':

@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""bin/chipwise without the start of an interpreter: a process that has chipwise, numpy and gcode loaded (fork_server.py) forks for each call.
+"""bin/chipwise, previews and rs274 without the start of interpreters: a process that has chipwise, numpy and gcode loaded (fork_server.py) forks for each call.
 
-run() is subprocess.run() for [bin/chipwise, ..] with standard input from nowhere. The process it makes has the caller's working directory and
+run() is subprocess.run() for [bin/chipwise, ..], preview() for preview_probe.py, rs274() for the program rs274, each with standard input from nowhere. The process it makes has the caller's working directory and
 environment, the standard handles it is given and no other ones, Python's own signals, and its own exit status; it runs bin/chipwise itself, so
 an error that nobody catches ends it with a traceback and status 1. What an interpreter reads when it starts is the server's: where the
 environment differs in that, the call starts an interpreter. Tests about limits of memory, users, closed handles, signals and the beginning of a
 process call subprocess.
 
-Called by check_runs.py, setup_runs.py and rewrite_rig.py.
+In a call of check, rewrite or setup, in a preview and inside rs274 the planner, contour subs and the reader are forked as well, each a child of
+the process that starts it; rs274 itself, and the interpreter inside it, start as ever. Files of other folders than this repository's remap/ are not
+forked.
+
+Called by check_runs.py, setup_runs.py, rewrite_rig.py, canon.py and lathe_preview.py.
 """
 import atexit
 import json
@@ -23,6 +27,7 @@ import time
 from support import ROOT
 
 CHIPWISE = str(ROOT / 'bin/chipwise')
+PREVIEW = str(ROOT / 'tests/support/preview_probe.py')
 SERVER = str(ROOT / 'tests/support/fork_server.py')
 AT_START = ('PYTHON', 'LC_', 'LANG', 'LD_', 'MALLOC_', 'GLIBC_', 'OPENBLAS_', 'OMP_', 'CHIPWISE_CORE')     # first letters of names
 
@@ -55,13 +60,28 @@ def _at_start(environment):
 def run(command, *, timeout, env=None, cwd=None):
     """-> subprocess.CompletedProcess with text. command: [CHIPWISE, ..]."""
     assert command[0] == CHIPWISE, command
+    return _run(command, timeout, env, cwd, nursery=command[1:2] and command[1] in ('check', 'rewrite', 'setup'))
+
+
+def preview(arguments, *, timeout, env, cwd=None):
+    """The same of preview_probe.py."""
+    return _run([PREVIEW, *arguments], timeout, env, cwd, nursery=True, before=[sys.executable])
+
+
+def rs274(arguments, *, timeout, env, cwd=None):
+    """The same of rs274."""
+    return _run(['rs274', *arguments], timeout, env, cwd, nursery=True, execute=True)
+
+
+def _run(command, timeout, env, cwd, before=(), **how):
+    """how: of the order (fork_server.py); before: what stands before the command where an interpreter is started."""
     command, env = list(map(str, command)), dict(os.environ if env is None else env)
     with _starting:
         server, started_with = _server()
     if _at_start(env) != _at_start(started_with):
-        return subprocess.run(command, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=timeout,
+        return subprocess.run([*before, *command], text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=timeout,
                               env=env, cwd=cwd, check=False)
-    order = json.dumps({'argv': command, 'cwd': os.path.abspath(cwd or os.getcwd()), 'env': env}).encode()
+    order = json.dumps({'nursery': False, 'execute': False, **how, 'argv': command, 'cwd': os.path.abspath(cwd or os.getcwd()), 'env': env}).encode()
     ends = [os.pipe() for _ in range(3)]        # standard output and error, and the server's word of the end
     with open(os.devnull, 'r+b') as nowhere:
         theirs = [nowhere.fileno(), ends[0][1], ends[1][1], ends[2][1]]

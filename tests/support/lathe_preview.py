@@ -4,11 +4,10 @@ import json
 import math
 import os
 import re
-import subprocess
 from typing import NamedTuple
 
-from support import ROOT
-from support.canon import PYTHON, split_line
+from support import ROOT, forked
+from support.canon import split_line
 
 HOME = (100.0, 100.0)       # z, x: where the preview is put before the program, mm
 
@@ -60,9 +59,8 @@ def preview(folder, ini, program):
     path.write_text(program)
     (folder / "test.var").write_text("5161 0\n")
     table = folder / re.search(r"TOOL_TABLE = (\S+)", text)[1]
-    run = subprocess.run([PYTHON, str(ROOT / "tests/support/preview_probe.py"), str(path), repr(1 / unit), str(table), str(folder / "test.var")],
-                         cwd=ROOT, env={**os.environ, "HOME": str(folder), "INI_FILE_NAME": str(ini), "AXIS_MASK": "5"}, capture_output=True,
-                         text=True, timeout=300, check=False)
+    run = forked.preview([str(path), repr(1 / unit), str(table), str(folder / "test.var")], cwd=ROOT, timeout=300,
+                         env={**os.environ, "HOME": str(folder), "INI_FILE_NAME": str(ini), "AXIS_MASK": "5"})
     if run.returncode != 0:
         raise RuntimeError(f"preview: exit {run.returncode}\n{run.stderr}")
     result = json.loads(run.stdout.splitlines()[-1])
