@@ -2,13 +2,16 @@
 """M256 in chipwise-monitor: the set-up goes into the table whole, or the reply says why not."""
 import ctypes as C
 import math
+import types
 
 import pytest
 
 from chipwise.clib import layout
 from chipwise.clib.library import library
+from chipwise.clib.layout import FileRequest
 from chipwise.monitor import clamps_in_force
 from chipwise.monitor.messages import clamp_text
+from chipwise.monitor.stock_files import StockFiles
 from chipwise.settings import parse_settings
 from chipwise.stock import reasons
 from chipwise.stock.clamp_table import SIZE, ClampTable
@@ -22,9 +25,12 @@ class Pins(dict):
     def __init__(self, memory, takes=True):
         super().__init__()
         self.clamps, self.memory, self.takes = layout.Clamps(), memory, takes
+        self.spoils = False
 
     def __getitem__(self, name):
         if name == "clamps-taken" and self.takes:
+            if self.spoils:
+                layout.ClampTable.from_buffer(self.memory).clearance = math.nan
             library().chip_clamps_take(self.clamps, C.byref(layout.ClampTable.from_buffer(self.memory)))
             return -1 if self.clamps.refused else self.clamps.seen // 2
         return super().get(name, 0)
@@ -61,10 +67,59 @@ def test_what_is_refused_changes_nothing(machine, monkeypatch, capsys):
     path.write_text(SET_UP)
     monkeypatch.setattr(clamps_in_force, "TAKEN_S", 0.0)
     pins.takes = False
-    assert clamps.put(table, 3) == reasons.NOT_TAKEN
+    assert clamps.put(table, 3) == reasons.NOT_TAKEN and not clamps.waits
     assert pins.clamps.table.count == 2 and clamps.name(1) == "clamp jaw of set-up 2"
     assert clamps.put(None, 2) == reasons.NOT_TAKEN
     assert reasons.NO_CLAMPS in reasons.REASONS and reasons.NOT_TAKEN in reasons.REASONS
+
+
+def test_a_tracker_that_does_not_answer_holds_nobody_up(machine):
+    """The monitor goes on with its work, its heartbeat above all, and has the answer when it comes."""
+    clamps, pins, table, _path = machine
+    pins.takes = False
+    assert clamps.put(table, 2) == reasons.BUSY and clamps.waits and clamps.look() == reasons.BUSY and clamps.names == ()
+    pins.takes = True
+    assert clamps.look() == reasons.DONE and not clamps.waits and clamps.name(1) == "clamp jaw of set-up 2"
+
+
+def test_a_refusal_is_said_at_once(machine):
+    """One that was there before the table says nothing of it."""
+    clamps, pins, table, path = machine
+    assert clamps.put(table, 2) == reasons.DONE
+    path.write_text("[set_up.2.clamp.jaw]\nbox = [0, 0, 0, 1, 1, 1]\n")
+    pins.spoils = True
+    assert clamps.put(table, 2) == reasons.NOT_TAKEN and not clamps.waits
+    pins.spoils = pins.takes = False
+    pins["clamps-taken"] = -1
+    assert clamps.put(table, 2) == reasons.BUSY
+    pins.takes = True
+    assert clamps.look() == reasons.DONE
+
+
+def test_a_request_that_is_answered_later(machine):
+    """What the interpreter waits for comes when the tracker has answered, and not for another request."""
+    clamps, pins, table, _path = machine
+    pins.takes = False
+    pins.update({"request": FileRequest.CLAMPS, "slot": 2, "stock-defined": False})
+    files = StockFiles(pins, clamps.settings, print)
+    files.stock, table.close = types.SimpleNamespace(clamp_table=lambda: table), lambda: None
+    files.step(0.0)
+    assert pins["reply"] == reasons.BUSY
+    files.step(0.0)
+    assert pins["reply"] == reasons.BUSY
+    pins.takes = True
+    files.step(0.0)
+    assert pins["reply"] == reasons.DONE and files.clamps.name(1) == "clamp jaw of set-up 2"
+    pins.takes = False
+    pins["request"] = 0
+    files.step(0.0)
+    pins["request"] = FileRequest.CLAMPS
+    files.step(0.0)
+    pins["request"] = 0
+    files.step(0.0)
+    pins.takes = True
+    files.step(0.0)
+    assert pins["reply"] == reasons.IDLE
 
 
 def test_a_writer_that_was_killed(machine):

@@ -4,6 +4,6 @@
     clamp.py        a clamp, and how far places are from it
     comment.py      CLAMP comments of a program -> clamps
     set_ups.py      clamps of the machine, in a file
-    cycles/obstacles.py    moves of a planned cycle against clamps
+    cycles/obstacles.py, cycles/detour.py    traverses of a planned cycle led round clamps, the rest refused
     distance.py     how near moves of a tool come to clamps
 """

@@ -46,10 +46,11 @@ def obstacles(state):
     from chipwise.clib.height_map import Shape
     from chipwise.clamps import set_ups
     from chipwise.cycles import obstacles as planned
+    from chipwise.glue import soft_limits
     origin, turn = state.machine_point((0.0, 0.0, 0.0)), state.interp.rotation_xy
     clamps = tuple(clamp.seen_from(origin, turn) for clamp in set_ups.clamps_of(state.settings.path("CLAMPS"), number))
     geometry = tool_geometry(state.settings.path("TOOL_GEOMETRY"), state.interp.tool_table[0].toolno) or ToolGeometry()
-    return planned.Obstacles(clamps, state.settings["CLAMP_CLEARANCE"], Shape.of_tool(state.tool_diameter(), geometry))
+    return planned.Obstacles(clamps, state.settings["CLAMP_CLEARANCE"], Shape.of_tool(state.tool_diameter(), geometry), soft_limits.of(state))
 
 
 def forget(interp):

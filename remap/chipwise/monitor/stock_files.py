@@ -72,6 +72,10 @@ class StockFiles:
             self.served = request
             with self.working():
                 self.component['reply'] = reasons.IDLE if not request else self.answer(request)
+        elif self.clamps.waits:
+            reply = self.clamps.look()
+            if request == FileRequest.CLAMPS:
+                self.component['reply'] = reply
         if self.kept_is_due:
             self.kept_is_due = False
             with self.working():

@@ -39,7 +39,8 @@ def make(order: Order) -> Outcome:
         return outcome.make(order)
     plan = _CYCLES[order.cycle](order)
     if order.clamps:
-        order.clamps.refuse(plan.moves, order.start, order.unit)
+        keep = order.cycle == "pattern"
+        plan = replace(plan, moves=order.clamps.clear(plan.moves, order.start, order.unit, None if keep else order.fields.get("clearance"), keep))
     messages = tuple(CycleError(text, code=order.code, **lengths).text(order.unit) for text, lengths in plan.notes)
     report = plan.report() if order.report and plan.report else None
     return Outcome(chunks(plan.moves, order.start, order.unit_mm, _DECIMALS.get(order.cycle, DECIMALS), order.axes), messages, report,
