@@ -196,3 +196,18 @@ def test_curves_far_out_are_refused_before_they_are_divided(kind, size, tmp_path
             "ellipse": lambda doc, m: m.add_ellipse((0, 0), (size, 0), 0.5), "circle": lambda doc, m: m.add_circle((0, 0), size)}[kind]
     with pytest.raises(Unreadable, match="a coordinate on layer 0 is not within 100 m of the origin; correct the drawing"):
         imported(str(drawings.save(draw, tmp_path, "far")), 0.01, 1.0)
+
+
+@pytest.mark.parametrize("centres, said", [(((15, 12), (17.5, 12)), "cross or touch one another or it"), (((15, 12), (0, 12)), "crosses the one at")])
+def test_islands_that_overlap_count_once(tmp_path, centres, said):
+    """Two circles of 1.5 mm in one another, and one over the boundary: the area is without what they cover together, and a sentence says so."""
+    def draw(_made, msp):
+        msp.add_lwpolyline([(0, 0), (40, 0), (40, 30), (0, 30)], close=True)
+        for centre in centres:
+            msp.add_circle(centre, 1.5)
+
+    found = imported(str(drawings.save(draw, tmp_path, "overlap")), 0.01, 1.0)
+    covered = Point(centres[0]).buffer(1.5, 256).union(Point(centres[1]).buffer(1.5, 256))
+    meant = LineString([(0, 0), (40, 0), (40, 30), (0, 30), (0, 0)]).convex_hull.difference(covered).area
+    assert found.layers[0].areas == [pytest.approx(meant, rel=1e-5)]
+    assert found.doubtful and any(said in words for words in found.words), found.words

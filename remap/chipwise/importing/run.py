@@ -12,12 +12,15 @@ from chipwise.host.files import TooLong, open_regular
 from chipwise.geometry.base import elements
 from chipwise.geometry.base import loops as chain_loops
 from chipwise.geometry.base.contour import ContourError, backwards, make_contour
+from chipwise.geometry.offset.kernel import make_pocket
 from chipwise.geometry.pocket import nesting
+from chipwise.geometry.pocket.machinable import machinable_regions
 from chipwise.importing import dxf, join, svg
 from chipwise.importing.drawn import Unreadable
 
 MAX_BYTES = 32 << 20
 READERS = {".dxf": dxf.read, ".svg": svg.read}
+WITHIN_MM = 1e-3
 SHOWN = 3               # places that a sentence names
 
 
@@ -121,7 +124,11 @@ def _nest(layer, contours, tolerance, found):
     nested = nesting.sort([contour for contour, _ in contours], tolerance)
     parts = {id(contour): loop for contour, loop in contours}
     for boundary, islands in nested.pockets:
-        area = abs(elements.area(boundary.elements)) - sum(abs(elements.area(island.elements)) for island in islands)
+        area, meeting = _free_area(boundary, islands)
+        if meeting and not any(boundary is crossed for _, crossed in nested.crossing):
+            found.doubtful = True
+            (x, y) = boundary.elements.start[0]
+            found.words.append(f"layer {layer.name}: islands of the loop at X{x:.3f} Y{y:.3f} cross or touch one another or it, and stay as one")
         layer.pockets.append((_directed(parts[id(boundary)], boundary, True), [_directed(parts[id(i)], i, False) for i in islands]))
         layer.areas.append(area)
     if nested.doubled:
@@ -130,6 +137,15 @@ def _nest(layer, contours, tolerance, found):
         (x, y), (bx, by) = island.elements.start[0], boundary.elements.start[0]
         found.doubtful = True
         found.words.append(f"layer {layer.name}: the loop at X{x:.3f} Y{y:.3f} crosses the one at X{bx:.3f} Y{by:.3f} and counts as an island of it")
+
+
+def _free_area(boundary, islands):
+    """(mm2 of a boundary without its islands, whether any of the loops meet): by what is WITHIN_MM within it where they do."""
+    pocket = make_pocket(boundary, islands)
+    if not pocket.meeting:
+        return abs(elements.area(boundary.elements)) - sum(abs(elements.area(island.elements)) for island in islands), False
+    regions = machinable_regions(pocket, WITHIN_MM)
+    return sum(region.area + WITHIN_MM * sum(float(elements.lengths(c).sum()) for c in region.contours) for region in regions), True
 
 
 def _directed(loop, contour, ccw):
