@@ -211,6 +211,6 @@ def test_a_fifo_is_not_waited_for(tmp_path, command):
 
 def test_a_word_too_many_names_the_command():
     for words, said in ((['setup', 'a.ngc', 'b.ngc'], 'chipwise: setup: b.ngc is not understood; see chipwise setup --help\n'),
-                        (['check', '--cells', '1', SLOTS], f'chipwise: check: --cells is not understood; see chipwise check --help\n')):
+                        (['check', '--cells', '1', SLOTS], 'chipwise: check: --cells is not understood; see chipwise check --help\n')):
         done = chipwise(*words)
         assert (done.returncode, done.stdout) == (2, '') and done.stderr == said, done.stderr

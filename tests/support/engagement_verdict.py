@@ -3,7 +3,7 @@
 
 A place with more than nominal + 10 degrees is one of three:
   corner  where the tool's centre has to turn within WINDOW by more than that: the last of the fillet stands at the very corner, so the
-          tool meets the turn there whatever the path.  Allowed: the turn + 2 degrees, 1 mm of way.
+          tool meets the turn there whatever the path.  Allowed: the turn + 2 degrees, 1 mm of its path.
   neck    no circle of 1.5 tool radii about the tool: no trochoid fits.  Anything is allowed, if the plan names a place.
   other   anywhere else: a fault.
 The entry's last turn is not judged.  Lengths mm, angles degrees.
