@@ -94,13 +94,17 @@ pin out real load_step_accel_#[8] "mean braking the planner can use until there,
 
 pin in real chip_weight "volumetric-feed.N.chip-weight, 1/mm: 1 / largest chip; 0: not limited";
 pin in real power_weight "volumetric-feed.N.power-weight, 1/mm: what power and torque allow; 0: not limited";
-pin in real force_exponent "Kienzle's mc of the material (chipwise-monitor.force-exponent), for power-weight";
+pin in real force_weight "volumetric-feed.N.force-weight, 1/mm: what the largest side force allows; 0: not limited";
+pin in real tool_flutes "number of cutting edges (chipwise-monitor.tool-flutes), for force-weight; 0: unknown";
+pin in real force_exponent "Kienzle's mc of the material (chipwise-monitor.force-exponent), for power-weight and force-weight";
 pin out real chip_share "largest chip over the feed per tooth at the tool, 0 to 1; 0 without chip-weight";
 pin out real power_root "A_mc^(1 / (1 - mc)) at the tool, for power and torque; 0 without power-weight";
+pin out real force_root "(side force)^(1 / (1 - mc)) at the tool; 0 without force-weight";
+pin out real force_mean_share "mean of the side force over a turn, share of its largest value";
 pin out real tooth_step_distance_#[8] "machine units of travel until tooth-step-load-N applies; step 0 applies now";
 pin out real tooth_step_load_#[8] "1/mm: 1 / largest feed per tooth that the limits of tool and spindle allow; rises with N; 0: unused";
 pin out real tooth_step_accel_#[8] "mean braking the planner can use until there, machine units/s2; 0: unknown";
-pin out si32 tooth_step_limit_#[8] "which limit has made it: 0 chip, 1 power or torque";
+pin out si32 tooth_step_limit_#[8] "which limit has made it: 0 chip, 1 power or torque, 2 side force";
 
 pin out bool clamp_contact "a move meets, or within its braking distance will meet, a clamp or its clearance";
 pin out real clamp_distance "travel to where it does, machine units";
@@ -268,6 +272,7 @@ static void read_pins(struct __comp_state *__comp_inst, long period, struct chip
     in->is_air_free = air; in->air_clearance_mu = air_clearance; in->ceiling_of_f = ceiling; in->feed_override_share = feed_override;
     in->programmed_vel_mu_s = programmed_vel; in->f_output = feed_output;
     in->chip_weight_per_mm = chip_weight; in->power_weight_per_mm = power_weight; in->force_exponent_mc = force_exponent;
+    in->force_weight_per_mm = force_weight; in->flutes = tool_flutes;
     in->period_s = fperiod;
 }
 
@@ -301,6 +306,7 @@ static void write_pins(struct __comp_state *__comp_inst, const struct chip_track
         tooth_step_limit_set(i, i < out->load.tooth_steps ? out->load.tooth_step[i].limit : 0);
     }
     chip_share_set(out->load.chip); power_root_set(out->load.power);
+    force_root_set(out->load.force); force_mean_share_set(out->load.force_mean);
 }
 
 FUNCTION(_) {

@@ -73,10 +73,14 @@ pin in real max_chip "largest chip of an edge, mm (chipwise-monitor.max-chip); n
 pin in real min_chip "smallest chip that is cut and not rubbed, mm (chipwise-monitor.min-chip), for rub-time; 0: unknown";
 pin in real max_power "largest power at the edges, W (chipwise-monitor.max-power); needs specific-force, tool-flutes and spindle-speed; 0: no limit";
 pin in real max_torque "largest torque at the edges, Nm; needs what max-power needs; 0: no limit";
+pin in real max_force "largest side force on the tool, N (chipwise-monitor.max-force); needs what max-power needs; 0: no limit";
+pin in real tool_stiffness "N of side force that bend the tool by 1 mm (chipwise-monitor.tool-stiffness), for deflection; 0: unknown";
 pin in real specific_force "Kienzle's kc1.1 of the material, N/mm2 (chipwise-monitor.specific-force); 0: unknown";
 pin in real force_exponent "Kienzle's mc of the material (chipwise-monitor.force-exponent)";
 pin in real chip_share "stock-tracker.N.chip-share";
 pin in real power_root "stock-tracker.N.power-root";
+pin in real force_root "stock-tracker.N.force-root";
+pin in real force_mean_share "stock-tracker.N.force-mean-share";
 pin in real tooth_step_distance_#[8] "stock-tracker.N.tooth-step-distance-M, machine units";
 pin in real tooth_step_load_#[8] "stock-tracker.N.tooth-step-load-M, 1/mm";
 pin in real tooth_step_accel_#[8] "stock-tracker.N.tooth-step-accel-M, machine units/s2; 0: half the acceleration";
@@ -89,7 +93,7 @@ pin in bool feed_decided "chipwise-command.N.feed-decided: ends load-alarm";
 
 pin out real adaptive_feed = 1.0 "to motion.adaptive-feed, 0..1";
 pin out real override = 1.0 "to motion.adaptive-feed: adaptive-feed, or F over requested-vel in a probing move (motion type 5) and while a ceiling is left over in mode 0";
-pin out si32 limited_by "0 nothing, 1 stock here, 2 stock ahead, 3 floor, 4 ceiling or another limit of the velocity, 5 fallback to the programmed feed, 6 chip, 7 power, 8 torque";
+pin out si32 limited_by "0 nothing, 1 stock here, 2 stock ahead, 3 floor, 4 ceiling or another limit of the velocity, 5 fallback to the programmed feed, 6 chip, 7 power, 8 torque, 9 side force";
 pin out real mrr_effective "the effective removal rate, mm3/min: the smaller of mrr-target and tool-max-rate; 0: none, and in mode 0";
 pin out bool override_ignored "the machine ignores the override; to chipwise-guard.N.override-ignored";
 pin out real run_time "s since the program began, pauses included; it stays after its end";
@@ -103,9 +107,14 @@ pin out real peak_rate "largest removal rate since the program began, mean over 
 
 pin out real chip_weight "to stock-tracker.N.chip-weight";
 pin out real power_weight "to stock-tracker.N.power-weight";
+pin out real force_weight "to stock-tracker.N.force-weight";
 pin out real chip "largest chip that is cut now, mm; 0: unknown, or max-chip is 0";
 pin out real power "power at the edges now, mean of a revolution, W; 0: unknown, or there is no max-power, no max-torque and no spindle-load";
 pin out real torque "torque at the edges now, mean of a revolution, Nm; 0: as power";
+
+pin out real side_force "largest side force on the tool over a turn now, N; 0: unknown, or max-force is 0";
+pin out real side_force_mean "its mean over a turn, N";
+pin out real deflection "how far side-force bends the tool at its tip, mm; 0: as side-force, or tool-stiffness is 0";
 
 pin out real load_ratio "power of the cut as measured over the one predicted; 0: unknown";
 pin out real load_idle "what the spindle takes at this speed without a cut, W; 0: unknown";
@@ -207,10 +216,14 @@ static void read_limits(struct __comp_state *__comp_inst, struct chip_feed_in *i
     in->min_chip_mm = min_chip;
     in->max_power_w = max_power;
     in->max_torque_nm = max_torque;
+    in->max_force_n = max_force;
+    in->tool_stiffness_n_mm = tool_stiffness;
     in->specific_force_n_mm2 = specific_force;
     in->force_exponent_mc = force_exponent;
     in->chip_share_now = chip_share;
     in->power_root_now = power_root;
+    in->force_root_now = force_root;
+    in->force_mean_share_now = force_mean_share;
     in->is_load_measured = spindle.is_seen;
 }
 
@@ -223,6 +236,10 @@ static void show_limits(struct __comp_state *__comp_inst, const struct chip_feed
     chip_set(out.chip_mm);
     power_set(out.power_w);
     torque_set(out.torque_nm);
+    force_weight_set(out.force_weight_per_mm);
+    side_force_set(out.side_force_n);
+    side_force_mean_set(out.mean_force_n);
+    deflection_set(out.deflection_mm);
 }
 
 /* The load that is measured against the power: pins -> core -> pins. Nothing without a sensor. */

@@ -68,10 +68,12 @@ static inline __attribute__((always_inline)) void period(struct machine *m)
     }
     feed.chip_share_now = m->out.load.chip;
     feed.power_root_now = m->out.load.power;
+    feed.force_root_now = m->out.load.force;
     result = chip_feed(&feed, m->scale);
     weights = chip_tooth_law(&feed);
     m->in.chip_weight_per_mm = weights.chip_weight_per_mm;
     m->in.power_weight_per_mm = weights.power_weight_per_mm;
+    m->in.force_weight_per_mm = weights.force_weight_per_mm;
     m->scale = result.scale;
 }
 
@@ -149,6 +151,8 @@ static void set_limits(struct machine *m)
     m->limits.current_vel_mm_s = 30.0;
     if (strstr(asked, "chip")) m->limits.max_chip_mm = 0.04;
     if (strstr(asked, "power")) m->limits.max_power_w = 300.0;
+    if (strstr(asked, "force")) m->limits.max_force_n = 100.0;
+    m->in.flutes = m->limits.flutes;
 }
 
 /* Goes through the path once, the first time if not `again`. */

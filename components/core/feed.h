@@ -38,7 +38,7 @@
  *     requested velocity.
  * 12. If moves down keep F (a job), the tool goes down at F at most, and brakes before: as 2 with F in place of
  *     Q / A_i, and shorter by F^2 / 2a, since a parabolic blend begins that much before the corner.
- * 13. A cutting edge and the spindle have limits of their own: largest chip, power, torque (tooth_law.h). They bound the feed per tooth,
+ * 13. A cutting edge, the tool and the spindle have limits of their own: largest chip, side force, power, torque (tooth_law.h). They bound the feed per tooth,
  *     here and ahead as 2 does; the operator's override raises none of them.
  * 14. A set-up may leave feeds above the stock to the axes: the requested velocity is what they allow. Where the path comes down the
  *     tracker says how fast the tool may be there, its own F if it falls and `ceiling` times that otherwise (path_pace.h): it brakes to it as in 12.
@@ -62,7 +62,8 @@ enum chip_limited_by {
     CHIP_LIMIT_FALLBACK = 5,
     CHIP_LIMIT_CHIP = 6, /* limits of the tooth [13] */
     CHIP_LIMIT_POWER = 7,
-    CHIP_LIMIT_TORQUE = 8
+    CHIP_LIMIT_TORQUE = 8,
+    CHIP_LIMIT_FORCE = 9
 };
 
 #define CHIP_FEED_LOAD_STEPS 8 /* load steps, as in CHIP_LOAD_STEPS */
@@ -112,7 +113,9 @@ struct chip_feed_in {
     double tooth_accel_mm_s2[CHIP_FEED_LOAD_STEPS]; /* braking the planner can use until there; 0: unknown */
     int tooth_limit[CHIP_FEED_LOAD_STEPS];
     double chip_share_now, power_root_now;          /* at the tool: chip over feed per tooth; A_mc^(1 / (1 - mc)) */
+    double force_root_now, force_mean_share_now;    /* side force^(1 / (1 - mc)); its mean over the largest one */
     double max_chip_mm, max_power_w, max_torque_nm; /* the limits; 0: none */
+    double max_force_n, tool_stiffness_n_mm;        /* of the side force; 0: none, not known */
     double specific_force_n_mm2, force_exponent_mc; /* kc11 and mc of the material; 0 and any: unknown */
     int is_load_measured; /* the power is to be predicted without a limit of it, too (spindle_load.h) */
     double min_chip_mm;   /* a smaller chip is rubbed, not cut (run_sums.h); 0: unknown */

@@ -205,6 +205,8 @@ static void add_tooth_steps(const struct chip_lookahead *lookahead, const struct
     if (!lookahead->count) return;
     profile->chip = lookahead->chip[here];
     profile->power = lookahead->power[here];
+    profile->force = lookahead->force[here];
+    profile->force_mean = lookahead->force_mean[here];
     for (i = now < lookahead->first ? lookahead->first + 1 : now + 1; i <= last; i++) {
         double from = lookahead->s[slot_of(i - 1)], to;
         const struct chip_tooth_load *met = &lookahead->between[slot_of(i)];
@@ -237,7 +239,7 @@ void chip_lookahead_profile(const struct chip_lookahead *lookahead, const struct
     profile->step[0].distance = profile->step[0].accel = 0.0;
     profile->step[0].area = known ? chip_load_bound_now(lookahead, stock) : 0.0;
     profile->tooth_steps = 0;
-    profile->chip = profile->power = 0.0;
+    profile->chip = profile->power = profile->force = profile->force_mean = 0.0;
     if (!known) return;
     now = last_passed(lookahead);
     for (i = now; i <= now + 1; i++)

@@ -83,15 +83,18 @@ struct chip_lookahead {
     unsigned char read_clear[CHIP_SAMPLE_RING]; /* read clear of the cut stock, so farther on */
     unsigned char completed[CHIP_SAMPLE_RING];  /* its interval is known */
     struct chip_load_interval interval[CHIP_SAMPLE_RING];
-    /* the limits of the tooth (tooth.h); both weights 0: none, and what follows is not used */
-    double chip_weight, power_weight, power_root;   /* 1/mm; 1/mm per unit of `power`; 1 / (1 - mc) */
+    /* the limits of the tooth (tooth.h); all weights 0: none, and what follows is not used */
+    double chip_weight, power_weight, force_weight,
+        power_root;                                 /* 1/mm; 1/mm per unit of `power` and `force`; 1 / (1 - mc) */
     struct chip_tooth_load begin_tooth;             /* when the samples began */
     struct chip_tooth_load tooth[CHIP_SAMPLE_RING]; /* of the samples */
     struct chip_tooth_load
         between[CHIP_SAMPLE_RING];            /* the largest between a sample and the one before it (tooth.h, 7) */
     float chip[CHIP_SAMPLE_RING];             /* largest chip over the feed per tooth */
     float power[CHIP_SAMPLE_RING];            /* A_mc^(1 / (1 - mc)) */
-    float carried[2][CHIP_LOOKAHEAD_SAMPLES]; /* both, while they go over to a new predicted path */
+    float force[CHIP_SAMPLE_RING];            /* side force^(1 / (1 - mc)), */
+    float force_mean[CHIP_SAMPLE_RING];       /* and its mean over the largest one */
+    float carried[3][CHIP_LOOKAHEAD_SAMPLES]; /* all, while they go over to a new predicted path */
 };
 
 struct chip_load_step {
@@ -109,7 +112,8 @@ struct chip_load_profile {
     /* the same of the tooth load, 1/mm, in `area`; none without limits of the tooth */
     int tooth_steps;
     struct chip_load_step tooth_step[CHIP_LOAD_STEPS];
-    double chip, power; /* at the tool now: chip over the feed per tooth, and A_mc^(1 / (1 - mc)) */
+    double chip, power;       /* at the tool now: chip over the feed per tooth, and A_mc^(1 / (1 - mc)) */
+    double force, force_mean; /* side force^(1 / (1 - mc)), and the mean over the largest one */
 };
 
 /* Distance between samples for a tool, mm. */

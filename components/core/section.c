@@ -119,30 +119,20 @@ static void flat_end(const struct chip_stock *stock, const struct chip_pose *at,
     if (at->tooth) chip_tooth_end(at, area / fall, fall, result);
 }
 
-struct chip_section chip_section_at(const struct chip_stock *stock, const struct chip_tool *tool, const double tip[3],
-                                    const double dir[3], double in_front, double curvature)
+/* The section of a tool that falls or rises. */
+static void sloping_section(const struct chip_stock *stock, const struct chip_pose *at, const struct chip_tool *tool,
+                            const double tip[3], const double dir[3], double clear, struct chip_section *result)
 {
-    struct chip_section result = { 0.0, 0.0, 0, 0.0, 0.0 };
-    double clear = in_front < chip_section_reach(stock, tool) ? clear_of_cut(stock) : 0.0;
-    double z = tip[2], fall = chip_max(0.0, -dir[2]);
-    struct chip_pose at;
+    double z = tip[2], fall = chip_max(0.0, -dir[2]), reach;
     struct chip_band band;
-    double reach;
     int max, i, k, n;
 
-    if (tip[2] >= stock->z_max || tool->radius <= 0.0) return result;
-    at = pose_of(stock, tip, dir, clear > 0.0 ? chip_max(0.0, in_front) : 0.0, curvature);
-    at.tooth = chip_tooth_limits(tool->tooth) ? tool->tooth : 0;
-    if (fabs(dir[2]) <= CHIP_LEVEL_DIRECTION) {
-        level_section(stock, &at, tool, z, clear, &result);
-        return result;
-    }
     reach = chip_tool_reach(tool, stock->z_max - z);
     max = max_parts(tool, reach);
     for (i = 0; i < tool->rings; i++) {
         const struct chip_tool_ring *ring = &tool->ring[i];
         if (ring->rise <= CHIP_MIN_CONTACT) {
-            if (fall > 0.0) flat_end(stock, &at, ring, z + ring->height, fall, &result);
+            if (fall > 0.0) flat_end(stock, at, ring, z + ring->height, fall, result);
             continue;
         }
         if (ring->inner >= reach) break; /* bands rise outwards */
@@ -153,17 +143,36 @@ struct chip_section chip_section_at(const struct chip_stock *stock, const struct
             band.ring = &part;
             band.radius = part.radius;
             band.outer = part.radius + (clear > 0.0 ? 0.5 * part.run + CHIP_BEYOND * stock->cell : 0.0);
-            band.margin = clear > 0.0 ? at.level * (clear + 0.5 * part.run) : 0.0;
+            band.margin = clear > 0.0 ? at->level * (clear + 0.5 * part.run) : 0.0;
             band.low = z + part.height - 0.5 * part.rise;
             band.high = band.low + part.rise;
             if (band.high <= stock->z_min) continue;
             band.fall = -dir[2] * part.run / part.rise;
-            if (at.tooth) chip_tooth_band(tool, &part, -dir[2], &band);
+            if (at->tooth) chip_tooth_band(tool, &part, -dir[2], &band);
             if (band.low < stock->z_min) chip_band_raise_bottom(&band, stock->z_min);
-            chip_band_add(stock, &at, &band, tip[2], &result);
+            chip_band_add(stock, at, &band, tip[2], result);
         }
     }
-    if (tip[2] + tool->shoulder < stock->z_max && at.level > 1e-9)
-        chip_strip_add_wall(stock, &at, tool, z, at.level * clear, &result);
+    if (tip[2] + tool->shoulder < stock->z_max && at->level > 1e-9)
+        chip_strip_add_wall(stock, at, tool, z, at->level * clear, result);
+}
+
+struct chip_section chip_section_at(const struct chip_stock *stock, const struct chip_tool *tool, const double tip[3],
+                                    const double dir[3], double in_front, double curvature)
+{
+    struct chip_section result = { 0.0, 0.0, 0, 0.0, 0.0, 0.0, 0.0 };
+    double clear = in_front < chip_section_reach(stock, tool) ? clear_of_cut(stock) : 0.0;
+    double z = tip[2];
+    struct chip_pose at;
+
+    if (tip[2] >= stock->z_max || tool->radius <= 0.0) return result;
+    at = pose_of(stock, tip, dir, clear > 0.0 ? chip_max(0.0, in_front) : 0.0, curvature);
+    at.tooth = chip_tooth_limits(tool->tooth) ? tool->tooth : 0;
+    if (at.tooth && at.tooth->force_weight > 0.0) chip_force_begin(at.tooth);
+    if (fabs(dir[2]) <= CHIP_LEVEL_DIRECTION)
+        level_section(stock, &at, tool, z, clear, &result);
+    else
+        sloping_section(stock, &at, tool, tip, dir, clear, &result);
+    if (at.tooth && at.tooth->force_weight > 0.0) chip_force_end(at.tooth, &result);
     return result;
 }

@@ -60,6 +60,8 @@ struct chip_section {
     /* of a tool with limits (tooth.h), 0 without: */
     double chip;       /* largest chip over the feed per tooth, 0..1 */
     double power_area; /* mm2, A_mc */
+    double side_force; /* mm, the largest vector sum of all edges over a turn (tooth.h, 9) */
+    double mean_force; /* mm, its mean */
 };
 
 /* Section area of `tool` with its tip at `tip` (mm) when it moves along the unit vector
@@ -71,6 +73,9 @@ struct chip_section chip_section_at(const struct chip_stock *stock, const struct
 
 /* A_mc of a tool with stock all round, mm2 (tooth.h): a full slot of this depth and a full plunge. */
 double chip_tooth_full_area(const struct chip_tool *tool, const double dir[3], double depth);
+
+/* `side_force` of a tool with stock all round, mm: as a full slot of this depth and a plunge into stock on one side. */
+double chip_force_full(const struct chip_tool *tool, const double dir[3], double depth);
 
 /* Distance, mm, beyond which a point ahead is untouched by the tool's cut. */
 double chip_section_reach(const struct chip_stock *stock, const struct chip_tool *tool);

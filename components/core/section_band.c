@@ -102,12 +102,13 @@ static double band_area(const struct chip_stock *stock, const struct chip_pose *
     double step = 2.0 * CHIP_PI / n, turn_c, turn_s;
     double c = -1.0, s = 0.0; /* starts behind the tool */
     double sum = 0.0, last_h = 0.0, alike = band->ring ? CHIP_LEVEL_TOP * band->ring->rise : 0.0;
-    int faced;
+    int faced, column = 1;
     small_turn(step, &turn_c, &turn_s);
     if (band->fall <= 0.0) { /* or beside it: nothing behind can face ahead */
         c = 0.0;
         s = -1.0;
         n /= 2;
+        column += n / 2;
     }
     band->push = at->level * turn_s / (1.0 + turn_c) / (0.5 * step);
     faced = faces(band, c) || n < n0;
@@ -120,7 +121,7 @@ static double band_area(const struct chip_stock *stock, const struct chip_pose *
         face = faces(band, c);
         if (face || faced) h = overlap(stock, at, band, c, s);
         if (face && h > *highest) *highest = h;
-        if (at->tooth && face) note_column(at->tooth, band, at->level, c, h);
+        if (at->tooth && face) note_column(at->tooth, band, at->level, (const double[2]){ c, s }, h, column + i, n0);
         change = fabs(h - last_h);
         if (change > CHIP_JUMP * chip_max(h, last_h) && (face || faced))
             sum += refine(stock, at, band, before, last_h, h, step);
@@ -139,12 +140,13 @@ double chip_band_flat_area(const struct chip_stock *stock, const struct chip_pos
     int max = node_count(stock, ring->radius), n = max < CHIP_FLAT_NODES ? max : CHIP_FLAT_NODES, i;
     double step = 2.0 * CHIP_PI / n, turn_c, turn_s;
     double c = 1.0, s = 0.0, sum = 0.0;
-    struct chip_band band = { ring->radius, z,       1e301,   0.0, 0.0, 0.0, ring->radius, 0, 0,
-                              0.0,          { 0.0 }, { 0.0 }, 0.0, 0.0, 0.0 };
+    struct chip_band band = { ring->radius, z,       1e301,   0.0, 0.0, 0.0, ring->radius, 0,  0,
+                              0.0,          { 0.0 }, { 0.0 }, 0.0, 0.0, 0.0, 0.0,          0.0 };
     small_turn(step, &turn_c, &turn_s);
     for (i = 0; i < n; i++) {
-        double next_c = c * turn_c - s * turn_s;
-        sum += chip_min(1.0, overlap(stock, at, &band, c, s) / slab);
+        double next_c = c * turn_c - s * turn_s, part = chip_min(1.0, overlap(stock, at, &band, c, s) / slab);
+        sum += part;
+        if (at->tooth && at->tooth->force_weight > 0.0) chip_force_column(at->tooth, i, n, part * ring->run, fall);
         s = s * turn_c + c * turn_s;
         c = next_c;
     }

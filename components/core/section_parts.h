@@ -177,6 +177,7 @@ struct chip_band {                     /* what the integral needs of one band, a
     double lean, lean_edge[2], flat_edge[2], down;
     double ahead,
         roots; /* of the columns that touch: largest cosine of their angle, -2: none; sum of height times (n . d)^(1 - mc) */
+    double push_ahead, push_aside; /* the same with cosine and sine */
 };
 
 
@@ -245,13 +246,33 @@ static inline __attribute__((always_inline)) double in_table(const float *table,
     return table[i] + (u - i) * (table[i + 1] - table[i]);
 }
 
-/* Notes a column of a band, at an angle with cosine c. */
-static inline __attribute__((always_inline)) void note_column(const struct chip_tooth *tooth, struct chip_band *band,
-                                                              double level, double c, double height)
+/* tooth_force.c, for a tool whose side force is limited: begins a section; adds a strip whose points are in the tooth, the one in the heading `middle`, `scale` its inner
+ * radius over the one that cuts, `face` what a height in the heading counts for, `width` the sine over which cells spread a wall; adds f in mm to the angles from
+ * `from` to `to`, in steps from behind the tool; adds a point of a rim `side` mm beside the path, of `width` mm and `height` mm, `is_first`:
+ * nothing is met nearer to the path; adds column `i` of `n` of a flat end, from ahead, that falls with `length` mm in stock; ends the section. */
+void chip_force_begin(struct chip_tooth *tooth);
+void chip_force_strip(struct chip_tooth *tooth, int middle, double scale, double face, double width);
+void chip_force_add(struct chip_tooth *tooth, double from, double to, double f);
+void chip_force_column(struct chip_tooth *tooth, int i, int n, double length, double fall);
+void chip_force_rim(const struct chip_pose *at, const struct chip_strip *strip, double lean, double side, double width,
+                    double height, int is_first);
+void chip_force_end(struct chip_tooth *tooth, struct chip_section *section);
+
+/* Notes a column of a band at an angle with this cosine and sine, which is number `i` of `n` round the tool, from behind. */
+static inline __attribute__((always_inline)) void note_column(struct chip_tooth *tooth, struct chip_band *band,
+                                                              double level, const double turn[2], double height, int i,
+                                                              int n)
 {
+    double c = turn[0], root;
     if (height <= CHIP_MIN_CONTACT) return;
     if (c > band->ahead) band->ahead = c;
-    if (tooth->power_weight > 0.0) band->roots += height * in_table(tooth->root, (level * c + band->fall) * band->lean);
+    if (!(tooth->power_weight > 0.0 || tooth->force_weight > 0.0)) return;
+    root = height * in_table(tooth->root, (level * c + band->fall) * band->lean);
+    band->roots += root;
+    if (!(tooth->force_weight > 0.0)) return;
+    band->push_ahead += root * c;
+    band->push_aside += root * turn[1];
+    chip_force_add(tooth, (i - 0.5) * CHIP_FORCE_NODES / n, (i + 0.5) * CHIP_FORCE_NODES / n, root / band->lean);
 }
 
 /* Notes a point of a strip: sine of its angle, and the height of the stock, mm. */

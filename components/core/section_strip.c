@@ -194,7 +194,7 @@ static double rim_area(const struct chip_stock *stock, const struct chip_pose *a
     double before[2] = { strip->inner, strip->inner }, nearest = strip->outer, power = 0.0, lean = 0.0;
     int parts = (int)chip_clamp(ceil((strip->outer - strip->inner) * at->per_cell / CHIP_GAUSS_CELLS), 1.0,
                                 CHIP_GAUSS_PARTS),
-        i;
+        i, touched[2] = { 0, 0 };
     double width = (strip->outer - strip->inner) / parts, sum = 0.0;
     if (at->tooth) lean = lean_of(strip);
     for (i = 0; i < 4 * parts; i++) {
@@ -205,6 +205,10 @@ static double rim_area(const struct chip_stock *stock, const struct chip_pose *a
         h = met(stock, at, strip, i & 1 ? -side : side, 0.0, low);
         if (at->tooth) {
             if (h > CHIP_MIN_CONTACT) nearest = chip_min(nearest, before[i & 1]);
+            if (h > CHIP_MIN_CONTACT && at->tooth->force_weight > 0.0) {
+                chip_force_rim(at, strip, lean, i & 1 ? -side : side, 0.5 * width, h, !touched[i & 1]);
+                touched[i & 1] = 1;
+            }
             if (h > CHIP_MIN_CONTACT && at->tooth->power_weight > 0.0)
                 power += 0.5 * width * h * chip_tooth_rim_power(at->tooth, lean, side, strip->outer);
             before[i & 1] = side;

@@ -10,7 +10,8 @@
  * near, and clear of its cut; more hides a low shelf before a wall [4] */
 #define CHIP_EDGE 1.0
 #define CHIP_EDGE_CLEAR 2.0
-#define CHIP_RISING 1.001 /* times the highest point so far: more is higher */
+#define CHIP_WALL_SPREAD 3.0 /* cells beside the path over which the cells spread a wall that is met at an angle [10] */
+#define CHIP_RISING 1.001    /* times the highest point so far: more is higher */
 #define CHIP_INNER_PART                                                                                                \
     0.35 /* of a rim, from its inside: there n . d has the mean of its weight, (1 - mc / 2)^(2 / mc) [3] */
 #define CHIP_LEAST_FACE 1e-3 /* n . d of less has no chip */
@@ -31,6 +32,7 @@ static void make_tables(struct chip_tooth *tooth)
     }
     tooth->weight[CHIP_WEIGHTS + 1] = tooth->weight[CHIP_WEIGHTS];
     tooth->root[CHIP_WEIGHTS + 1] = tooth->root[CHIP_WEIGHTS];
+    chip_force_tables(tooth);
     tooth->made = 1;
 }
 
@@ -43,27 +45,49 @@ static int differs(double given, double used)
     return (given > 0.0) != (used > 0.0) || fabs(given - used) > CHIP_WEIGHT_CHANGE * used;
 }
 
-int chip_tooth_set(struct chip_tooth *tooth, double chip_weight, double power_weight, double exponent)
+/* Whether the weights are those given last. */
+static int is_given(const struct chip_tooth *tooth, const struct chip_tooth_weights *weights)
 {
-    int begins;
-    if (chip_weight == tooth->given[0] && power_weight == tooth->given[1] && exponent == tooth->given[2])
-        return CHIP_TOOTH_SAME;
-    tooth->given[0] = chip_weight;
-    tooth->given[1] = power_weight;
-    tooth->given[2] = exponent;
-    chip_weight = weight_of(chip_weight);
-    power_weight = weight_of(power_weight);
-    if (!chip_finite(exponent) || exponent < 0.0 || exponent > CHIP_MAX_EXPONENT) power_weight = exponent = 0.0;
-    if (power_weight > 0.0 && (!tooth->made || exponent != tooth->exponent)) {
+    const struct chip_tooth_weights *given = &tooth->given;
+    return weights->chip == given->chip && weights->power == given->power && weights->force == given->force
+        && weights->exponent == given->exponent && weights->edges == given->edges;
+}
+
+/* Tables of another exponent, and of another number of edges, if power or force are limited: then both are read anew. */
+static void follow_tables(struct chip_tooth *tooth, double exponent, int edges)
+{
+    if (!tooth->made || exponent != tooth->exponent) {
         tooth->exponent = exponent;
         make_tables(tooth);
-        tooth->power_weight = 0.0;
+        tooth->power_weight = tooth->force_weight = 0.0;
+        tooth->edges = 0;
     }
-    if (!differs(chip_weight, tooth->chip_weight) && !differs(power_weight, tooth->power_weight))
+    if (edges != tooth->edges) {
+        tooth->edges = edges;
+        chip_force_slot(tooth);
+        tooth->force_weight = 0.0;
+    }
+}
+
+int chip_tooth_set(struct chip_tooth *tooth, const struct chip_tooth_weights *weights)
+{
+    double chip = weight_of(weights->chip), power = weight_of(weights->power), force = weight_of(weights->force),
+           exponent = weights->exponent;
+    double edges = chip_min(chip_setting(weights->edges), CHIP_FORCE_EDGES);
+    int begins;
+    if (is_given(tooth, weights)) return CHIP_TOOTH_SAME;
+    tooth->given = *weights;
+    if (!chip_finite(exponent) || exponent < 0.0 || exponent > CHIP_MAX_EXPONENT) power = force = exponent = 0.0;
+    if (edges < 1.0) force = 0.0;
+    if (power > 0.0 || force > 0.0) follow_tables(tooth, exponent, force > 0.0 ? (int)(edges + 0.5) : tooth->edges);
+    if (!differs(chip, tooth->chip_weight) && !differs(power, tooth->power_weight)
+        && !differs(force, tooth->force_weight))
         return CHIP_TOOTH_SAME;
-    begins = (chip_weight > 0.0 && !(tooth->chip_weight > 0.0)) || (power_weight > 0.0 && !(tooth->power_weight > 0.0));
-    tooth->chip_weight = chip_weight;
-    tooth->power_weight = power_weight;
+    begins = (chip > 0.0 && !(tooth->chip_weight > 0.0)) || (power > 0.0 && !(tooth->power_weight > 0.0))
+          || (force > 0.0 && !(tooth->force_weight > 0.0));
+    tooth->chip_weight = chip;
+    tooth->power_weight = power;
+    tooth->force_weight = force;
     return begins ? CHIP_TOOTH_BEGUN : CHIP_TOOTH_CHANGED;
 }
 
@@ -109,15 +133,22 @@ static double edge_on(const struct chip_tooth *tooth, int middle, int step, doub
     return begin < 0.0 ? 1.0 : chip_min(1.0, chip_max(begin, to_top));
 }
 
+/* The point in the heading. */
+static int find_middle(const struct chip_tooth *tooth)
+{
+    int middle = tooth->points / 2;
+    while (middle > 0 && tooth->side[middle] > 1e-6f) middle--;
+    while (middle + 1 < tooth->points && tooth->side[middle] < -1e-6f) middle++;
+    return middle;
+}
+
 /* [1] [4] Largest n . d of the points, over that at the heading of a wall of this radius. */
 static double chip_of_points(const struct chip_tooth *tooth, const struct chip_pose *at, const struct chip_strip *strip,
                              double highest)
 {
     double least = chip_max(CHIP_MIN_CONTACT, CHIP_LEAST_CONTACT * highest), edge;
     double window = (strip->margin > 0.0 ? CHIP_EDGE_CLEAR : CHIP_EDGE) / (at->per_cell * strip->inner);
-    int middle = tooth->points / 2;
-    while (middle > 0 && tooth->side[middle] > 1e-6f) middle--;
-    while (middle + 1 < tooth->points && tooth->side[middle] < -1e-6f) middle++;
+    int middle = find_middle(tooth);
     if (tooth->height[middle] > least) return 1.0;
     edge = chip_min(edge_on(tooth, middle, -1, least, window), edge_on(tooth, middle, 1, least, window));
     edge *= strip->inner / strip->outer;
@@ -156,21 +187,24 @@ static double power_of_points(const struct chip_tooth *tooth, double inner, doub
 void chip_tooth_strip(const struct chip_pose *at, const struct chip_tool *tool, const struct chip_strip *strip,
                       double highest, struct chip_section *section)
 {
-    const struct chip_tooth *tooth = at->tooth;
+    struct chip_tooth *tooth = at->tooth;
     int is_wall = strip->inner >= strip->ended;
     if (!(highest > CHIP_MIN_CONTACT)) return;
     if (tooth->chip_weight > 0.0) {
         double lean = is_wall ? 1.0 : lean_at(tool, strip->outer);
         section->chip = chip_max(section->chip, at->level * lean * chip_of_points(tooth, at, strip, highest));
     }
-    if (tooth->power_weight > 0.0) {
+    if (tooth->power_weight > 0.0 || tooth->force_weight > 0.0) {
         double run = strip->outer - strip->inner, rise = chip_min(strip->high - strip->low, chip_max(highest, 1e-6)),
-               lean = 1.0;
-        double r = strip->outer < strip->ended ? 0.5 * (strip->inner + strip->outer) : strip->middle;
+               lean = 1.0, face;
+        double r =
+            chip_max(strip->outer < strip->ended ? 0.5 * (strip->inner + strip->outer) : strip->middle, strip->inner);
         if (!is_wall) lean = chip_max(rise / chip_sqrt(rise * rise + run * run), CHIP_LEAST_FACE);
-        section->power_area += power_of_points(tooth, strip->inner, chip_max(r, strip->inner))
-                             * (is_wall ? 1.0 : in_table(tooth->root, lean) / lean)
-                             * (at->level < 1.0 ? in_table(tooth->root, at->level) : 1.0);
+        face = (is_wall ? 1.0 : in_table(tooth->root, lean) / lean)
+             * (at->level < 1.0 ? in_table(tooth->root, at->level) : 1.0);
+        if (tooth->power_weight > 0.0) section->power_area += power_of_points(tooth, strip->inner, r) * face;
+        if (tooth->force_weight > 0.0)
+            chip_force_strip(tooth, find_middle(tooth), strip->inner / r, face, CHIP_WALL_SPREAD / (at->per_cell * r));
     }
 }
 
@@ -198,6 +232,8 @@ void chip_tooth_columns(const struct chip_pose *at, const struct chip_band *band
                                at->level * band->ahead * band->lean_edge[1] + band->down * band->flat_edge[1]);
     if (band->ahead < -1.0) return;
     section->power_area += band->roots / band->lean * step * band->radius;
+    at->tooth->push[0] += band->push_ahead / band->lean * step;
+    at->tooth->push[1] += band->push_aside / band->lean * step;
     section->chip = chip_max(section->chip, chip_clamp(steepest, 0.0, 1.0));
 }
 
@@ -211,7 +247,7 @@ void chip_tooth_band(const struct chip_tool *tool, const struct chip_tool_ring *
     band->flat_edge[1] = chip_sqrt(chip_max(0.0, 1.0 - band->lean_edge[1] * band->lean_edge[1]));
     band->down = down;
     band->ahead = -2.0;
-    band->roots = 0.0;
+    band->roots = band->push_ahead = band->push_aside = 0.0;
 }
 
 void chip_tooth_end(const struct chip_pose *at, double contact, double fall, struct chip_section *section)

@@ -48,26 +48,49 @@ int chip_tooth_code(const struct chip_feed_in *in, int limit)
 {
     double power = torque_of_power(in), torque = chip_setting(in->max_torque_nm);
     if (limit == CHIP_TOOTH_CHIP) return CHIP_LIMIT_CHIP;
+    if (limit == CHIP_TOOTH_FORCE) return CHIP_LIMIT_FORCE;
     return torque > 0.0 && !(power > 0.0 && power < torque) ? CHIP_LIMIT_TORQUE : CHIP_LIMIT_POWER;
+}
+
+/* kc11, N/mm2; 0: the material is not known. */
+static double specific_force(const struct chip_feed_in *in)
+{
+    if (!(in->force_exponent_mc >= 0.0 && in->force_exponent_mc <= CHIP_MAX_EXPONENT)) return 0.0;
+    return chip_setting(in->specific_force_n_mm2);
 }
 
 /* [2] kc11 z / 2 pi, Nm for an A_mc of 1 mm2 and 1 mm of feed per tooth; 0: the material is not known. */
 static double torque_factor(const struct chip_feed_in *in)
 {
-    if (!(in->force_exponent_mc >= 0.0 && in->force_exponent_mc <= CHIP_MAX_EXPONENT)) return 0.0;
-    return chip_setting(in->specific_force_n_mm2) * chip_min(chip_setting(in->flutes), CHIP_MOST_FLUTES)
-         / (2.0 * CHIP_PI * CHIP_MM_PER_M);
+    return specific_force(in) * chip_min(chip_setting(in->flutes), CHIP_MOST_FLUTES) / (2.0 * CHIP_PI * CHIP_MM_PER_M);
+}
+
+/* [2] Side force and bending: the weight for the tracker, and what they are now with this feed per tooth, mm. */
+static void force_law(const struct chip_feed_in *in, double per_tooth, struct chip_tooth_out *out)
+{
+    double kc = CHIP_FORCE_RADIAL * specific_force(in), most = chip_setting(in->max_force_n), root = 1.0;
+    if (!(kc > 0.0 && most > 0.0 && chip_setting(in->flutes) > 0.0)) return;
+    root = 1.0 - in->force_exponent_mc;
+    out->force_weight_per_mm = pow(kc / most, 1.0 / root);
+    if (per_tooth > 0.0 && chip_setting(in->force_root_now) > 0.0)
+        out->side_force_n = kc * pow(per_tooth * in->force_root_now, root);
+    out->mean_force_n = out->side_force_n * chip_clamp(chip_setting(in->force_mean_share_now), 0.0, 1.0);
+    if (chip_setting(in->tool_stiffness_n_mm) > 0.0) out->deflection_mm = out->side_force_n / in->tool_stiffness_n_mm;
+    if (!chip_finite(out->force_weight_per_mm)) out->force_weight_per_mm = 0.0;
+    if (!chip_finite(out->side_force_n) || !chip_finite(out->deflection_mm))
+        out->side_force_n = out->mean_force_n = out->deflection_mm = 0.0;
 }
 
 int chip_tooth_known(const struct chip_feed_in *in)
 {
     return chip_edges_per_s(in) > 0.0
-        && (chip_setting(in->max_chip_mm) > 0.0 || (torque_factor(in) > 0.0 && largest_torque(in) > 0.0));
+        && (chip_setting(in->max_chip_mm) > 0.0
+            || (torque_factor(in) > 0.0 && (largest_torque(in) > 0.0 || chip_setting(in->max_force_n) > 0.0)));
 }
 
 struct chip_tooth_out chip_tooth_law(const struct chip_feed_in *in)
 {
-    struct chip_tooth_out out = { 0.0, 0.0, 0.0, 0.0, 0.0 };
+    struct chip_tooth_out out = { 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0 };
     double factor, torque, edges, per_tooth = 0.0;
     if (!chip_tooth_asked(in) && !in->is_load_measured) return out;
     factor = torque_factor(in);
@@ -81,6 +104,7 @@ struct chip_tooth_out chip_tooth_law(const struct chip_feed_in *in)
         out.power_weight_per_mm = CHIP_NO_WEIGHT;
     if (edges > 0.0) per_tooth = chip_setting(in->current_vel_mm_s) / edges;
     out.chip_mm = per_tooth * chip_setting(in->chip_share_now);
+    force_law(in, per_tooth, &out);
     if (factor > 0.0 && chip_setting(in->power_root_now) > 0.0 && per_tooth > 0.0)
         out.torque_nm = factor * pow(per_tooth * in->power_root_now, 1.0 - in->force_exponent_mc);
     out.power_w = out.torque_nm * 2.0 * CHIP_PI * revolutions(in);

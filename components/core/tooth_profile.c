@@ -8,8 +8,8 @@
 #define CHIP_TOOTH_BEHIND 1.0
 #define CHIP_TOOTH_JUMP 0.15 /* of a tooth load, a change from one sample to the next that is a jump */
 
-/* [6] A tooth load, 1/mm: of n . d, and of A_mc^(1 / (1 - mc)). */
-static struct chip_tooth_load load_of(const struct chip_lookahead *lookahead, double chip, double power)
+/* [6] A tooth load, 1/mm: of n . d, and of A_mc^(1 / (1 - mc)), and the same of the side force. */
+static struct chip_tooth_load load_of(const struct chip_lookahead *lookahead, double chip, double power, double force)
 {
     struct chip_tooth_load load = { chip_min(lookahead->chip_weight * chip, CHIP_MAX_TOOTH_LOAD), CHIP_TOOTH_CHIP };
     power = chip_min(lookahead->power_weight * power, CHIP_MAX_TOOTH_LOAD);
@@ -17,34 +17,43 @@ static struct chip_tooth_load load_of(const struct chip_lookahead *lookahead, do
         load.load = power;
         load.limit = CHIP_TOOTH_POWER;
     }
+    force = chip_min(lookahead->force_weight * force, CHIP_MAX_TOOTH_LOAD);
+    if (force > load.load) {
+        load.load = force;
+        load.limit = CHIP_TOOTH_FORCE;
+    }
     return load;
 }
 
 void chip_tooth_follow(struct chip_lookahead *lookahead, const struct chip_tooth *tooth)
 {
     int i;
-    if (lookahead->chip_weight == tooth->chip_weight && lookahead->power_weight == tooth->power_weight) return;
+    if (lookahead->chip_weight == tooth->chip_weight && lookahead->power_weight == tooth->power_weight
+        && lookahead->force_weight == tooth->force_weight)
+        return;
     lookahead->chip_weight = tooth->chip_weight;
     lookahead->power_weight = tooth->power_weight;
+    lookahead->force_weight = tooth->force_weight;
     lookahead->power_root = 1.0 / (1.0 - tooth->exponent);
     for (i = 0; i < CHIP_SAMPLE_RING; i++) {
-        lookahead->tooth[i] = load_of(lookahead, lookahead->chip[i], lookahead->power[i]);
+        lookahead->tooth[i] = load_of(lookahead, lookahead->chip[i], lookahead->power[i], lookahead->force[i]);
         lookahead->completed[i] = 0;
     }
 }
 
-/* A_mc^(1 / (1 - mc)), to single precision. */
-static double root_of(const struct chip_lookahead *lookahead, double area)
+/* A_mc or a side force to the power of 1 / (1 - mc), to single precision; 0 if it is not limited. */
+static double root_of(const struct chip_lookahead *lookahead, double weight, double sum)
 {
-    return lookahead->power_weight > 0.0 && area > 0.0 ? powf((float)chip_min(area, 1e12), (float)lookahead->power_root)
-                                                       : 0.0;
+    return weight > 0.0 && sum > 0.0 ? powf((float)chip_min(sum, 1e12), (float)lookahead->power_root) : 0.0;
 }
 
 void chip_tooth_sample(struct chip_lookahead *lookahead, int n, const struct chip_section *met)
 {
     lookahead->chip[n] = (float)met->chip;
-    lookahead->power[n] = (float)root_of(lookahead, met->power_area);
-    lookahead->tooth[n] = load_of(lookahead, lookahead->chip[n], lookahead->power[n]);
+    lookahead->power[n] = (float)root_of(lookahead, lookahead->power_weight, met->power_area);
+    lookahead->force[n] = (float)root_of(lookahead, lookahead->force_weight, met->side_force);
+    lookahead->force_mean[n] = met->side_force > 0.0 ? (float)(met->mean_force / met->side_force) : 0.0f;
+    lookahead->tooth[n] = load_of(lookahead, lookahead->chip[n], lookahead->power[n], lookahead->force[n]);
 }
 
 void chip_tooth_carry(struct chip_lookahead *lookahead, int from, int n)
@@ -52,13 +61,15 @@ void chip_tooth_carry(struct chip_lookahead *lookahead, int from, int n)
     int a = slot_of(from), b = slot_of(from + 1);
     lookahead->carried[0][n] = lookahead->chip[a] > lookahead->chip[b] ? lookahead->chip[a] : lookahead->chip[b];
     lookahead->carried[1][n] = lookahead->power[a] > lookahead->power[b] ? lookahead->power[a] : lookahead->power[b];
+    lookahead->carried[2][n] = lookahead->force[a] > lookahead->force[b] ? lookahead->force[a] : lookahead->force[b];
 }
 
 void chip_tooth_carried(struct chip_lookahead *lookahead, int n)
 {
     lookahead->chip[n] = lookahead->carried[0][n];
     lookahead->power[n] = lookahead->carried[1][n];
-    lookahead->tooth[n] = load_of(lookahead, lookahead->chip[n], lookahead->power[n]);
+    lookahead->force[n] = lookahead->carried[2][n];
+    lookahead->tooth[n] = load_of(lookahead, lookahead->chip[n], lookahead->power[n], lookahead->force[n]);
 }
 
 /* Of sample i. */
@@ -78,7 +89,9 @@ struct chip_tooth_load chip_tooth_worst(const struct chip_lookahead *lookahead, 
                                         const double dir[3], double depth)
 {
     double area = lookahead->power_weight > 0.0 ? chip_tooth_full_area(tool, dir, depth) : 0.0;
-    return load_of(lookahead, 1.0, root_of(lookahead, area));
+    double force = lookahead->force_weight > 0.0 ? chip_force_full(tool, dir, depth) : 0.0;
+    return load_of(lookahead, 1.0, root_of(lookahead, lookahead->power_weight, area),
+                   root_of(lookahead, lookahead->force_weight, force));
 }
 
 int chip_tooth_jumps(const struct chip_lookahead *lookahead, int i)

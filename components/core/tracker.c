@@ -151,9 +151,9 @@ static double rate(struct chip_tracker *tracker, double removed, const struct ch
 /* The limits of the tooth: what the samples have not been read for is read again. */
 static void follow_limits(struct chip_tracker *tracker, const struct chip_tracker_in *in)
 {
-    int change =
-        chip_tooth_set(&tracker->tooth, in->chip_weight_per_mm, in->power_weight_per_mm, in->force_exponent_mc);
-    tracker->tool.tooth = &tracker->tooth;
+    struct chip_tooth_weights weights = { in->chip_weight_per_mm, in->power_weight_per_mm, in->force_weight_per_mm,
+                                          in->force_exponent_mc, in->flutes };
+    int change = chip_tooth_set((tracker->tool.tooth = &tracker->tooth), &weights);
     if (change == CHIP_TOOTH_BEGUN) chip_lookahead_reset(&tracker->lookahead);
     if (change != CHIP_TOOTH_SAME) chip_tooth_follow(&tracker->lookahead, &tracker->tooth);
 }
@@ -234,7 +234,7 @@ static void clear(struct chip_tracker_out *out)
     out->pace.distance = CHIP_PACE_UNKNOWN;
     out->pace.vel = out->pace.accel = 0.0;
     out->load.steps = out->load.tooth_steps = 0;
-    out->load.chip = out->load.power = 0.0;
+    out->load.chip = out->load.power = out->load.force = out->load.force_mean = 0.0;
     for (i = 0; i < CHIP_LOAD_STEPS; i++)
         out->load.step[i].distance = out->load.step[i].area = out->load.step[i].accel = 0.0;
 }
@@ -250,7 +250,7 @@ static int all_finite(const struct chip_tracker_out *out)
         sum += out->load.step[i].distance + out->load.step[i].area + out->load.step[i].accel;
     for (i = 0; i < out->load.tooth_steps && i < CHIP_LOAD_STEPS; i++)
         sum += out->load.tooth_step[i].distance + out->load.tooth_step[i].area + out->load.tooth_step[i].accel;
-    return chip_finite(sum + out->load.chip + out->load.power);
+    return chip_finite(sum + out->load.chip + out->load.power + out->load.force + out->load.force_mean);
 }
 
 static int current_fault(const struct chip_tracker *tracker, const struct chip_tracker_in *in, int filled)

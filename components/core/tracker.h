@@ -111,8 +111,8 @@ struct chip_tracker_in {
     double air_clearance_mu, ceiling_of_f, feed_override_share;
     double programmed_vel_mu_s; /* F of the program now; not positive: not replaced */
     int f_output;               /* the analog output that carries F; negative: unknown */
-    /* the limits of the tooth (tooth.h): weights, 1/mm, 0: none; Kienzle's exponent */
-    double chip_weight_per_mm, power_weight_per_mm, force_exponent_mc;
+    /* the limits of the tooth (tooth.h): weights, 1/mm, 0: none; Kienzle's exponent; edges of the tool */
+    double chip_weight_per_mm, power_weight_per_mm, force_weight_per_mm, force_exponent_mc, flutes;
     double tool_stick_out_mu, tool_holder_diameter_mu; /* of the holder; 0: unknown */
     double current_vel_mu_s;                           /* of the planner; not positive: unknown */
     const struct chip_clamp_table *clamps;             /* in shared memory; null: there are none */

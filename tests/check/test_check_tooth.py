@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from chipwise.check.tooth_load import Profile, ToothLoad
+from chipwise.check.tooth_load import Profile, ToothLoad, sums_of_edges
 from chipwise.tool_data.materials import find_material
 from chipwise.settings import parse_settings, spindle_limit
 from chipwise.tool_data.geometry import ToolGeometry
@@ -18,6 +18,7 @@ FULL = "T1 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-4\n{on}G1 X110 F{feed}\n{off}G0 Z5
 
 
 def machine_of(tmp_path, keys="", power="", material=""):
+    tmp_path.mkdir(exist_ok=True)
     machine = mill_with_tools(tmp_path)
     tools = machine.with_name("tools.toml")
     tools.write_text(tools.read_text().replace("[tool.1]", "[tool.1]\n" + keys, 1))
@@ -134,3 +135,38 @@ def test_what_the_spindle_gives(keys, speed, watts):
     loads = load.loads(np.array([[5.0, 0.0, 0.0]]), np.array([5.0]), np.array([5.0 * 24]), np.array([4.0]), np.array([True]))
     allowed = load.allowed(loads, speed or 6000.0)
     assert load.powers(loads, allowed, 6000.0)[0] == pytest.approx(watts, abs=0.01) if watts else speed == 0.0 or np.isinf(allowed[0])
+
+
+BENDS = 'flutes = 2\nstick_out = 30\nmaterial = "carbide"\ndeflection = {most}\n'
+
+
+def test_bending_at_f(tmp_path):
+    """A slot of 4 mm: 1.044 kc fz^0.75 x 4 mm over 3 E I / L^3; a finding at F, none under M251, and set-up names it."""
+    bent = 1.044 * 800.0 * 0.05 ** 0.75 * 4.0 / (3.0 * 580e3 * math.pi * D ** 4 / 64.0 / 30.0 ** 3)
+    program = {"a.ngc": "(MATERIAL,NAME=6061)\n" + text_of(800)}
+    status, out, _err, report = chipwise_check(tmp_path, program, machine=machine_of(tmp_path / "soft", BENDS.format(most=0.09)))
+    assert status == 0 and report["programs"][0]["tools"][0]["peak_bending_mm"] == pytest.approx(bent, rel=0.03), out
+    machine = machine_of(tmp_path / "hard", BENDS.format(most=0.05))
+    status, out, _err, report = chipwise_check(tmp_path, program, machine=machine)
+    found, = report["programs"][0]["findings"]
+    assert status == 1 and (found["rule"], found["line"]) == ("bending", 8) and found["value"] == pytest.approx(bent, rel=0.03) and found["text"] in out
+    under = {"a.ngc": "(MATERIAL,NAME=6061)\n" + text_of(800, on="M251 Q900\n", off="M252\n")}
+    assert chipwise_check(tmp_path, under, machine=machine)[0] == 0
+
+
+def test_what_the_bending_lacks_is_said(tmp_path):
+    machine = machine_of(tmp_path, "flutes = 2\ndeflection = 0.02\n")
+    _status, out, _err, report = chipwise_check(tmp_path, {"a.ngc": "(MATERIAL,NAME=6061)\n" + text_of(800)}, machine=machine)
+    assert out.count("the bending of tool 1 is not judged: its stick_out and material is not known") == 1 and not report["programs"][0]["findings"]
+    machine = machine_of(tmp_path / "other", BENDS.format(most=0.02))
+    out = chipwise_check(tmp_path, {"a.ngc": text_of(800)}, machine=machine)[1]
+    assert "the bending of tool 1 is not judged: no material is known" in out
+
+
+@pytest.mark.parametrize("share, edges, sum_", [(1.0, 2, 1.0), (1.0, 4, math.sqrt(2.0) * math.sqrt(0.5) ** 0.75), (0.25, 3, math.sin(math.acos(0.5)) ** 0.75), (1.0, 1, 1.0), (0.5, 6, None)])
+def test_sums_of_edges(share, edges, sum_):
+    found = float(sums_of_edges(np.array([share]), edges, 0.75)[0])
+    phi = np.radians(np.arange(0.0, 360.0 / edges, 0.01)[:, None] + 360.0 / edges * np.arange(edges))
+    one = np.clip(np.sin(phi), 0.0, None) ** 0.75 * (phi <= math.acos(1.0 - 2.0 * share) + 1e-9)
+    assert found == pytest.approx(float(np.abs((one * np.exp(1j * phi)).sum(axis=1)).max()), rel=0.01)
+    assert sum_ is None or found == pytest.approx(sum_, rel=0.01)

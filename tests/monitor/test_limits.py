@@ -12,7 +12,7 @@ from chipwise.errors import CycleError
 from chipwise.ini import Ini
 from chipwise.tool_data.materials import Material, find_material
 from chipwise.monitor import worker
-from chipwise.monitor.limits import DEFAULT, NO_MATERIAL, Limits
+from chipwise.monitor.limits import DEFAULT, NO_MATERIAL, UNBENT, UNFORCED, Limits
 from chipwise.monitor.saying import Saying
 from chipwise.monitor.tool_shape import Tool, tool_shape
 from chipwise.settings import parse_settings, power_at
@@ -177,3 +177,34 @@ def test_chip_load_goes_before_the_default(tmp_path):
     assert chip_limit(6.0, ToolGeometry(flutes=2, chip_load=0.2), find_material("6061"), settings) == 0.2
     assert chip_limit(6.0, ToolGeometry(flutes=2), find_material("6061"), settings) == 0.05 and chip_limit(6.0, None, find_material("6061"), settings) == 0.0
     assert chip_limit(6.0, ToolGeometry(flutes=2), find_material("6061"), parse_settings({"DEFAULT_CHIP": "no"})) == 0.0
+
+
+def bent(tmp_path, text, number=3, diameter=6.0):
+    (tmp_path / "tools.toml").write_text(f"[tool.{number}]\n{text}")
+    return tool_shape(number, diameter, str(tmp_path / "tools.toml"), 1.0)
+
+
+def test_the_bending_of_a_tool(tmp_path):
+    """0.02 mm of 6 mm carbide that sticks out 30 mm: 3 E I / L^3 by hand; in inches the same."""
+    shape = bent(tmp_path, 'flutes = 2\nstick_out = 30\nmaterial = "carbide"\ndeflection = 0.02\n')
+    stiff = 3.0 * 580e3 * math.pi * 6.0 ** 4 / 64.0 / 30.0 ** 3
+    assert shape.stiffness == pytest.approx(stiff) and shape.max_force == pytest.approx(0.02 * stiff) and shape.unbent == ""
+    inch = tool_shape(3, 6.0 / 25.4, str(tmp_path / "tools.toml"), 1.0 / 25.4)
+    assert inch.max_force == pytest.approx(shape.max_force)
+
+
+def test_what_the_bending_lacks_is_said_once(tmp_path):
+    watch, _pins, _said = limits()
+    watch.program(b"(MATERIAL,NAME=6061)")
+    shape = bent(tmp_path, "flutes = 2\ndeflection = 0.02\n")
+    for _ in range(3):
+        watch.note_bending(3, shape)
+    said = watch.saying.texts
+    assert said == [UNBENT.format(tool=3, what="stick_out and material")] and shape.max_force == 0.0
+    whole = bent(tmp_path, 'flutes = 2\nstick_out = 30\nmaterial = "hss"\ndeflection = 0.02\n')
+    watch.note_bending(3, whole)
+    assert len(said) == 1
+    watch.program(b"")
+    watch.note_bending(3, whole)
+    watch.note_bending(4, bent(tmp_path, "flutes = 2\n"))
+    assert watch.saying.texts == [UNFORCED.format(tool=3)]

@@ -6,7 +6,7 @@ import math
 from chipwise.clib import core, layout
 
 OFF, LIMIT, CONSTANT, WINDOW = layout.FeedMode
-NOTHING, HERE, AHEAD, FLOOR, CEILING, FALLBACK, CHIP, POWER, TORQUE = layout.LimitedBy
+NOTHING, HERE, AHEAD, FLOOR, CEILING, FALLBACK, CHIP, POWER, TORQUE, FORCE = layout.LimitedBy
 # Short names of the cases -> members of FeedIn.
 MEMBERS = {
     "kind": "feed_mode", "target": "mrr_target_mm3_s", "lower": "mrr_lower_mm3_s", "programmed": "programmed_vel_mm_s",

@@ -3,7 +3,7 @@
 
 Called by tests/core/test_tooth*.py.  It knows no cells, no bands, no samples and no tooth load: the stock is a box with slots, each the place of
 a disc along a path, and an edge is a point of the tool's circle at one angle of many.  Helix and run-out are 0.  h = fz cos(angle from the
-heading), F = kc11 b h^(1 - mc).
+heading), F = kc11 b h^(1 - mc) along the edge's path, and RADIAL of it away from the stock.
 """
 import math
 
@@ -13,6 +13,7 @@ from chipwise.clib import core, layout
 
 PERIOD, ACCEL = 0.001, 500.0        # s, mm/s2
 ANGLES = np.radians(np.arange(-90.0, 90.01, 0.5))
+RADIAL = 0.3        # Tlusty and MacNeil 1975
 
 
 class Plane:
@@ -50,14 +51,25 @@ def chip_and_torque(depth, radius, per_tooth, flutes, kc11, mc):
     return float(chip[touched].max()) if touched.any() else 0.0, mean * radius / 1000.0
 
 
-class Limits:
-    """Chip mm, power W, torque Nm, 0: none; the spindle 1/s, edges; the material."""
+def side_force(depth, per_tooth, flutes, kc11, mc):
+    """The largest force of a revolution on the tool, N, and the length of its mean vector, of depths at ANGLES: edge by edge, each along its path and
+    away from the stock, summed up at every angle of the first one."""
+    one = kc11 * depth * (per_tooth * np.clip(np.cos(ANGLES), 0.0, None)) ** (1.0 - mc)
+    vectors = np.concatenate((one * np.exp(1j * ANGLES) * (1j + RADIAL), np.zeros(359)))      # all round, 0.5 degrees
+    edges = vectors.reshape(flutes, -1).sum(axis=0)                                          # at the same moment
+    return float(np.abs(edges).max()), float(np.abs(edges.mean()))
 
-    def __init__(self, chip=0.0, power=0.0, torque=0.0, rps=200.0, flutes=3, kc11=800.0, mc=0.25):
+
+class Limits:
+    """Chip mm, power W, torque Nm, side force N, 0: none; the spindle 1/s, edges; the material."""
+
+    def __init__(self, chip=0.0, power=0.0, torque=0.0, rps=200.0, flutes=3, kc11=800.0, mc=0.25, force=0.0):
+        self.force = force
         self.chip, self.power, self.torque, self.rps, self.flutes, self.kc11, self.mc = chip, power, torque, rps, flutes, kc11, mc
 
     def into(self, values):
         values.max_chip_mm, values.max_power_w, values.max_torque_nm = self.chip, self.power, self.torque
+        values.max_force_n, values.tool_stiffness_n_mm = self.force, 1000.0
         values.spindle_speed_rps, values.flutes = self.rps, self.flutes
         values.specific_force_n_mm2, values.force_exponent_mc = self.kc11, self.mc
         return values
@@ -75,7 +87,7 @@ class Drive:
             cutter = core.Cutter(self.stock, core.Tool(2.0 * radius), (*path[0], depth))
             for point in path[1:]:
                 cutter.to((*point, depth))
-        self.seen = []                      # (chip mm, torque Nm, velocity mm/s, limited-by) of each period
+        self.seen = []      # (chip mm, torque Nm, velocity mm/s, limited-by, chip and power as told, largest and mean side force N, both as told)
 
     def feed(self, profile, velocity, last_velocity, scale):
         values = self.limits.into(layout.FeedIn())
@@ -93,6 +105,7 @@ class Drive:
             values.tooth_distance_mm[i], values.tooth_load_per_mm[i] = step.distance, step.area
             values.tooth_accel_mm_s2[i], values.tooth_limit[i] = step.accel, step.limit
         values.chip_share_now, values.power_root_now = profile.chip, profile.power
+        values.force_root_now, values.force_mean_share_now = profile.force, profile.force_mean
         return core.feed(values, scale), core.tooth_law(values)
 
     def go(self, segments):
@@ -104,7 +117,7 @@ class Drive:
             segment.accel = ACCEL
         start = tuple(segments[0].origin)
         cutter = core.Cutter(self.stock, self.tool, start)
-        at, s, velocity, last, scale, weights = start, 0.0, 0.0, 0.0, 0.0, (0.0, 0.0)
+        at, s, velocity, last, scale, weights = start, 0.0, 0.0, 0.0, 0.0, (0.0, 0.0, 0.0)
         track, path = [start[:2]], look.path
         while s < ends[-1] - 1e-3:
             change = ACCEL * PERIOD
@@ -118,15 +131,17 @@ class Drive:
             for i in range(k + path.c.count, len(segments)):
                 path.append(i + 1, segments[i])
             tip, heading, _curvature = path.at(path.c.s)
-            look.limit(*weights, self.limits.mc)
+            look.limit(*weights[:2], self.limits.mc, weights[2], self.limits.flutes)
             look.step(at, tip, PERIOD, 20.0)
             cutter.to(tip)
             out, law = self.feed(look.profile(20.0), velocity, last, scale)
-            weights, scale, at = (law.chip_weight_per_mm, law.power_weight_per_mm) if self.limited else (0.0, 0.0), out.scale, tip
+            weights = (law.chip_weight_per_mm, law.power_weight_per_mm, law.force_weight_per_mm) if self.limited else (0.0, 0.0, 0.0)
+            scale, at = out.scale, tip
             depth = self.plane.met(tip, math.atan2(heading[1], heading[0]), self.tool.radius, self.z)
             per_tooth = velocity / (self.limits.rps * self.limits.flutes)
             self.seen.append((*chip_and_torque(depth, self.tool.radius, per_tooth, self.limits.flutes, self.limits.kc11, self.limits.mc),
-                              velocity, out.limit, law.chip_mm, law.power_w))
+                              velocity, out.limit, law.chip_mm, law.power_w,
+                              *side_force(depth, per_tooth, self.limits.flutes, self.limits.kc11, self.limits.mc), law.side_force_n, law.mean_force_n))
             track.append(tip[:2])
         self.plane.cut(track[::5] + [track[-1]], self.tool.radius, self.z)
         return np.array(self.seen)

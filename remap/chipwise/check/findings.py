@@ -13,8 +13,8 @@ from chipwise.rates import MM3_PER_CM3
 
 FLUTE, RAPID, HOLDER, RATE, TOOL, FLUTES_UNKNOWN = "flute", "rapid", "holder", "rate", "tool", "flute-unknown"
 CLEARANCE, GOUGE, MACHINE, LIMIT, CLAMP = "clearance", "gouge", "machine", "limit", "clamp"
-CHIP, POWER = "chip", "power"
-OF_STOCK = (FLUTE, RAPID, HOLDER, RATE, CHIP, POWER, CLEARANCE, GOUGE)          # rules that a stock decides
+CHIP, POWER, BENDING = "chip", "power", "bending"
+OF_STOCK = (FLUTE, RAPID, HOLDER, RATE, CHIP, POWER, BENDING, CLEARANCE, GOUGE)          # rules that a stock decides
 
 RULES = {
     FLUTE: "stock is cut by the flutes only",
@@ -26,6 +26,7 @@ RULES = {
     RATE: "the removal rate stays below the tool's max_rate",
     CHIP: "the largest chip stays below the tool's chip_load",
     POWER: "the power at the edges stays below SPINDLE_POWER and SPINDLE_TORQUE",
+    BENDING: "the side force bends the tool by less than its deflection",
     MACHINE: "the machine has the tools and axes that the program names",
     LIMIT: "the axes stay within their limits",
     TOOL: "the tool is described in [CHIPWISE]TOOL_GEOMETRY",
@@ -91,6 +92,8 @@ class Finding:
             said = f"cuts chips of {length(self.value)}{at}, the tool's chip_load is {length(self.limit)}; lower F, or use M251"
         elif self.rule == POWER:
             said = f"needs {self.value:.3g} W at the edges{at}, the spindle has {self.limit:.3g} W at this speed (SPINDLE_POWER, SPINDLE_TORQUE); lower F, or use M251"
+        elif self.rule == BENDING:
+            said = f"is bent by {length(self.value)} at its tip{at}, its deflection is {length(self.limit)}; lower F, take smaller cuts, or use M251"
         elif self.rule == GOUGE:
             said = f"the part is gouged by {length(self.value)}{at}; correct the program, or the place of the part"
         elif self.rule == MACHINE and self.axis:

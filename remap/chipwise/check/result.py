@@ -34,6 +34,7 @@ class ToolFigures:
     peak_chip: Optional[float] = None   # mm at F, over tooth_load.WINDOW_MM; None: not known
     peak_power: Optional[float] = None  # W
     power_limit: Optional[float] = None  # W, at the speed of the largest power
+    peak_bending: Optional[float] = None  # mm
     rub_s: float = 0.0                  # planned, with a largest chip below chip_least
     rub_line: int = 0
     depth: float = 0.0
@@ -55,7 +56,8 @@ class ToolFigures:
                 "volumetric_s": self.volumetric_s, "volumetric_planned_s": self.volumetric_planned_s,
                 "cutting_s": self.cutting_s, "volume_mm3": self.volume,
                 "mean_rate_mm3_min": self.mean_rate,
-                "peak_rate_mm3_min": self.peak_rate, "peak_chip_mm": self.peak_chip, "peak_power_w": self.peak_power, "rub_s": self.rub_s, "depth_mm": self.depth, "depth_line": self.depth_line,
+                "peak_rate_mm3_min": self.peak_rate, "peak_chip_mm": self.peak_chip, "peak_power_w": self.peak_power, "peak_bending_mm": self.peak_bending,
+                "rub_s": self.rub_s, "depth_mm": self.depth, "depth_line": self.depth_line,
                 "depth_place": self.depth_position, "least_flute_length_mm": math.ceil(self.depth * 10 - 1e-6) / 10,
                 "least_stick_out_mm": math.ceil(max(self.reach, self.depth) * 10 - 1e-6) / 10}
 

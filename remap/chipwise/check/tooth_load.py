@@ -1,19 +1,22 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The largest chip and the power of each move, as a check can tell them: from the section and the depth that a move meets.
+"""The largest chip, the power and the side force of each move, as a check can tell them: from the section and the depth that a move meets.
 
 Called by simulate.py.  Source: M. E. Martellotti, Trans. ASME 63 (1941): h = fz sin phi; O. Kienzle, VDI-Z 94 (1952): F = kc11 b h^(1 - mc).
 
  1. The share e = section / (largest section at that depth) is read as one arc from one side: cos phi = 1 - 2 e.  The chip is fz sin phi, and fz from half the
     diameter on.  Where stock is met in two arcs or in stairs this is up to 40 % off; the machine reads the arcs themselves (components/core/tooth.h).
  2. Power is kc11 z n fz^(1 - mc) A_mc with A_mc, the integral of sin^(1 - mc) over the arc and the depth.
- 3. On the way down the end cuts: its chip is fz times the fall.
- 4. Sections are means over WINDOW_MM of path, since the cells give the volume of short moves in lumps.
+ 3. The side force is RADIAL kc11 fz^(1 - mc) times the largest vector sum of all edges over a turn, each with sin^(1 - mc) over its length in the stock; of
+    the walls only: the forces on the end of a tool that falls cancel each other.
+ 4. On the way down the end cuts: its chip is fz times the fall.
+ 5. Sections are means over WINDOW_MM of path, since the cells give the volume of short moves in lumps.
 """
 
 import math
 
 import numpy as np
 
+from chipwise.tool_data.bending import RADIAL, lacking, largest_force, stiffness
 from chipwise.tool_data.chip_loads import chip_limit
 from chipwise.errors import CycleError, unnamed
 from chipwise.tool_data.materials import find_material, material_of_file
@@ -22,6 +25,8 @@ from chipwise.settings import spindle_limit
 WINDOW_MM = 4.0
 LEAST_AREA = 1e-3           # mm2: less is air
 STEPS = 256                 # of the tables
+UNBENT = "the bending of tool {number} is not judged: its {what} is not known; add it to its tool geometry"
+UNFORCED = "the bending of tool {number} is not judged: no material is known; add (MATERIAL,NAME=6061), or set [CHIPWISE]MATERIAL"
 NOT_JUDGED = "chip and power of tool {number} are not judged: {what} not known"
 
 
@@ -41,10 +46,18 @@ def half_width(diameter, geometry, height):
     return flat + low
 
 
+def sums_of_edges(share, edges, exponent):
+    """(n,) largest vector sums over a turn of `edges` edges in stock of 1 mm, met in one arc from one side that is `share` (n,) of the diameter wide."""
+    phi = np.radians(np.arange(0.0, 360.0, 360.0 / (edges * max(1, 720 // edges))))         # from beside the path on the side of the stock
+    one = np.clip(np.sin(phi), 0.0, None) ** exponent * np.exp(1j * phi)
+    met = phi[None, :] <= np.arccos(1.0 - 2.0 * np.clip(share, 0.0, 1.0))[:, None] + 1e-9
+    return np.abs(np.where(met, one, 0.0).reshape(len(share), edges, -1).sum(axis=1)).max(axis=1)
+
+
 class Profile:
     """A tool's largest section and steepest edge up to a depth, in tables."""
 
-    def __init__(self, diameter, geometry):
+    def __init__(self, diameter, geometry, mc=0.0):
         self.radius = diameter / 2.0
         self.top = 2.0 * diameter
         self.height = np.linspace(0.0, self.top, 4 * STEPS)
@@ -52,8 +65,13 @@ class Profile:
         step = self.height[1]
         self.area = np.concatenate(([0.0], np.cumsum((width[1:] + width[:-1]) * step)))
         slope = np.diff(width, append=width[-1]) / step
+        self.edge = np.concatenate(([0.0], np.cumsum((1.0 + slope[:-1] ** 2) ** (0.5 * mc) * step)))      # of a wall, over its (n . d)^(1 - mc)
         self.lean = np.maximum.accumulate(1.0 / np.sqrt(1.0 + slope ** 2))          # n . d of a wall, over that of its heading
         self.lean[-1] = 1.0
+
+    def length(self, depth):
+        """mm of edge, weighted as `edge`."""
+        return np.interp(depth, self.height, self.edge) + np.maximum(depth - self.top, 0.0)
 
     def section(self, depth):
         """mm2 of a full slot."""
@@ -61,17 +79,19 @@ class Profile:
 
 
 class Loads:
-    """Of n moves.  chip: over the feed per tooth; power_area: A_mc, mm2; sound: whether the window is long enough to be judged."""
+    """Of n moves.  chip: over the feed per tooth; power_area: A_mc, mm2; side: of the side force, mm; sound: whether the window is long enough to be judged."""
 
-    def __init__(self, chip, power_area, sound):
-        self.chip, self.power_area, self.sound = chip, power_area, sound
+    def __init__(self, chip, power_area, side, sound):
+        self.chip, self.power_area, self.side, self.sound = chip, power_area, side, sound
 
 
 class ToothLoad:
     """The limits of one tool in one program.  chip: mm, chip_load of the tool or the default; own_chip: chip_load; settings: for what the spindle gives; material: materials.Material; each None where not known."""
 
     def __init__(self, diameter, geometry, material, settings, chip=None):
-        self.profile, self.flutes, self.own_chip = Profile(diameter, geometry), geometry.flutes, geometry.chip_load
+        self.profile, self.flutes, self.own_chip = Profile(diameter, geometry, material.mc if material else 0.0), geometry.flutes, geometry.chip_load
+        self.stiffness = stiffness(diameter, geometry.stick_out, geometry.material) if geometry.deflection and material else 0.0
+        self.bending = geometry.deflection if self.stiffness else None         # mm
         self.chip = self.own_chip or chip
         self.material, self.settings = material, settings
         exponent = 1.0 - (material.mc if material else 0.0)
@@ -79,6 +99,7 @@ class ToothLoad:
         total = np.concatenate(([0.0], np.cumsum(np.sin(phi) ** exponent) * math.pi / (8 * STEPS)))
         share = np.linspace(0.0, 1.0, STEPS)
         self._share, self._sums, self.exponent = share, np.interp(np.arccos(1.0 - 2.0 * share), np.linspace(0.0, math.pi, 8 * STEPS + 1), total), exponent
+        self._sides = sums_of_edges(share, self.flutes, exponent) if self.bending else np.zeros(STEPS)
 
     def loads(self, steps, length, volume, depth, cuts):
         """Loads of moves: steps (n, 3), length, depth mm, volume mm3, cuts (n,): feeds that are judged."""
@@ -96,8 +117,10 @@ class ToothLoad:
         chip = level * lean * np.where(share < 0.5, 2.0 * np.sqrt(share * (1.0 - share)), 1.0)
         walls = 0.5 * level * self.profile.section(deepest) * np.interp(share, self._share, self._sums)
         power_area = walls + end * np.maximum(fall, 1e-6) ** (self.exponent - 1.0)
+        side = self.profile.length(deepest) * level ** self.exponent * np.interp(share, self._share, self._sides)
         met = cuts & (area > LEAST_AREA)
-        return Loads(np.where(met, np.maximum(chip, np.where(end > 0.0, fall, 0.0)), 0.0), np.where(met, power_area, 0.0), met & (distance > WINDOW_MM / 2))
+        return Loads(np.where(met, np.maximum(chip, np.where(end > 0.0, fall, 0.0)), 0.0), np.where(met, power_area, 0.0), np.where(met, side, 0.0),
+                     met & (distance > WINDOW_MM / 2))
 
     def chips(self, loads, speed, turns):
         """(n,) mm at speeds (n,) mm/s and `turns` 1/min."""
@@ -109,6 +132,12 @@ class ToothLoad:
             return np.zeros(len(speed))
         edges = self.flutes * turns / 60.0
         return self.material.kc11 * edges * (speed / edges) ** self.exponent * loads.power_area / 1000.0
+
+    def bendings(self, loads, speed, turns):
+        """(n,) mm that the tool bends by; 0 where it is not known."""
+        if not self.bending:
+            return np.zeros(len(speed))
+        return RADIAL * self.material.kc11 * (speed * 60.0 / (self.flutes * turns)) ** self.exponent * loads.side / self.stiffness
 
     def power_limit(self, turns):
         """W that the spindle gives at a speed, 1/min; 0: no limit, or no material."""
@@ -123,6 +152,8 @@ class ToothLoad:
             limit = self.power_limit(turns)
             if limit:
                 most = np.minimum(most, edges * (limit * 1000.0 / (self.material.kc11 * edges * loads.power_area)) ** (1.0 / self.exponent))
+            if self.bending:
+                most = np.minimum(most, edges * (self.bending * self.stiffness / (RADIAL * self.material.kc11 * loads.side)) ** (1.0 / self.exponent))
         return most
 
 
@@ -143,14 +174,19 @@ class Limits:
     def of_tool(self, diameter, geometry):
         """A ToothLoad, or None where nothing limits the tool."""
         chip = chip_limit(diameter, geometry, self.material, self.settings)
-        if not geometry or not geometry.flutes or not (chip or self.material and (self.settings["SPINDLE_POWER"] or self.settings["SPINDLE_TORQUE"])):
+        if not geometry or not geometry.flutes or not (chip or self.material and largest_force(diameter, geometry) or self.material and (self.settings["SPINDLE_POWER"] or self.settings["SPINDLE_TORQUE"])):
             return None
         return ToothLoad(diameter, geometry, self.material, self.settings, chip)
 
     def unknown(self, number, line, geometry, turns):
         """Note once what a limit of a tool lacks."""
+        what = lacking(geometry)
+        if what or geometry and geometry.deflection and not self.material:
+            self._note(line, UNBENT.format(number=number, what=what) if what else UNFORCED.format(number=number))
         if not geometry or not geometry.chip_load or geometry.flutes and turns > 0:
             return
-        note = [line, NOT_JUDGED.format(number=number, what="the spindle speed is" if geometry.flutes else "its flutes are")]
-        if all(note[1] != text for _line, text in self.notes):
-            self.notes.append(note)
+        self._note(line, NOT_JUDGED.format(number=number, what="the spindle speed is" if geometry.flutes else "its flutes are"))
+
+    def _note(self, line, text):
+        if all(text != said for _line, said in self.notes):
+            self.notes.append([line, text])

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The part of a simulation that judges chip and power of the edges.  Called by simulate.py, whose Simulation it is a part of."""
+"""The part of a simulation that judges chip, power and side force of the edges.  Called by simulate.py, whose Simulation it is a part of."""
 
 import numpy as np
 
 from chipwise.program import records
-from chipwise.check.findings import CHIP, POWER
+from chipwise.check.findings import BENDING, CHIP, POWER
 from chipwise.check.times import OFF
 from chipwise.check.tooth_load import Limits
 from chipwise.errors import format_length
@@ -42,7 +42,7 @@ class ToothRules:
         return loads
 
     def _check_tooth(self, loads, length, block):
-        """Largest chip and power at F, and findings where they are above the limits."""
+        """Largest chip, power and bending at F, and findings where they are above the limits."""
         if loads is None or not loads.sound.any():
             return
         tool, tooth = self.tool, self.tooth[self.tool.number]
@@ -52,12 +52,15 @@ class ToothRules:
         limit = tooth.power_limit(self.turns) or None
         if tooth.material and (tool.peak_power is None or powers.max() > tool.peak_power):
             tool.peak_power, tool.power_limit = float(powers.max()), limit
+        bendings = tooth.bendings(loads, speed, self.turns)
+        if tooth.bending:
+            tool.peak_bending = max(tool.peak_bending or 0.0, float(bendings.max()))
         self._rub(loads, length, block[:, 1])
         if self.timer.mode != OFF:
             return
         met = np.zeros(len(chips), [("at", "<f4")])
         met["at"] = 1.0
-        for rule, values, most in ((CHIP, chips, tooth.own_chip), (POWER, powers, limit)):
+        for rule, values, most in ((CHIP, chips, tooth.own_chip), (POWER, powers, limit), (BENDING, bendings, tooth.bending)):
             if most:
                 self._find(rule, values > TOOTH_SLACK * most, values, most, block[:, 2:5], block[:, 1].astype(int), met)
 

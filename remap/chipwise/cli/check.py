@@ -192,6 +192,8 @@ def tool_line(tool, unit):
         depth += f', largest chip {format_length(round(tool.peak_chip, 3), unit)}'
     if tool.peak_power:
         depth += f', {tool.peak_power:.3g} W'
+    if tool.peak_bending:
+        depth += f', bent by {format_length(round(tool.peak_bending, 3), unit)}'
     return (f'{what}: {time}, {tool.volume:.0f} mm3, mean {tool.mean_rate / MM3_PER_CM3:.4g} and peak {tool.peak_rate / MM3_PER_CM3:.4g} cm3/min at F, {depth}')
 
 

@@ -171,7 +171,8 @@ def tool_lines(tool, unit):
         chip = ', its largest chip' if tool.of_chip else ''
         yield f'    proposal: hold {tool.target / MM3_PER_CM3:.3g} cm3/min{limit}, up to {tool.ceiling:g} times F{chip}, moves down at F: {format_minutes(tool.time_with_s)}'
     for name in tool.slowed_by:
-        most, limit = (format_length(round(v, 3), unit) for v in (tool.chip, tool.chip_limit)) if name == 'chip' else (f'{v:.3g} W' for v in (tool.power, tool.power_limit))
+        values = {'chip': (tool.chip, tool.chip_limit), 'power': (tool.power, tool.power_limit), 'bending': (tool.bending, tool.bending_limit)}[name]
+        most, limit = (f'{v:.3g} W' if name == 'power' else format_length(round(v, 3), unit) for v in values)
         yield f'    at F its largest {name} is {most}, the limit {limit}: M251 and a set-up go below F there'
 
 

@@ -63,9 +63,9 @@ class Tool:
             raise CoreError(f"tool: {_TOOL_ERRORS[error]} (diameter {diameter} mm, corner "
                             f"{corner_radius} mm, tip {tip_angle} deg, flute {flute_length} mm)")
 
-    def limit(self, chip_weight=1.0, power_weight=1.0, exponent=0.25):
-        """Limits of its edges (core/tooth.h), so that Stock.tooth() has something to say: 1/mm, 1/mm, Kienzle's exponent."""
-        library().chip_tooth_set(C.byref(self.tooth), chip_weight, power_weight, exponent)
+    def limit(self, chip_weight=1.0, power_weight=1.0, exponent=0.25, force_weight=0.0, edges=3):
+        """Limits of its edges (core/tooth.h), so that Stock.tooth() and Stock.side_force() have something to say: 1/mm, Kienzle's exponent."""
+        library().chip_tooth_set(C.byref(self.tooth), C.byref(layout.ToothWeights(chip_weight, power_weight, force_weight, exponent, edges)))
         self.c.tooth = C.addressof(self.tooth)
         return self
 
@@ -144,6 +144,11 @@ class Stock:
         """Largest chip over the feed per tooth, and A_mc (mm2), of a tool with limits; otherwise as section()."""
         met = self._section(tool, tip, direction, in_front, curvature)
         return met.chip, met.power_area
+
+    def side_force(self, tool, tip, direction, in_front=0.0, curvature=0.0):
+        """Side force of a tool with limits, mm (core/tooth.h, 9): the largest vector sum of its edges over a turn, and the mean."""
+        met = self._section(tool, tip, direction, in_front, curvature)
+        return met.side_force, met.mean_force
 
     def _section(self, tool, tip, direction, in_front, curvature):
         return library().chip_section_at(self.address, C.byref(tool.c), _vec(tip), _vec(direction), in_front, curvature)
@@ -233,10 +238,11 @@ class Lookahead:
         self.stock, self.tool, self.path, self.c = stock, tool, ProgrammedPath(), layout.Lookahead()
         library().chip_lookahead_reset(C.byref(self.c))
 
-    def limit(self, chip_weight, power_weight, exponent):
-        """Limits of the tool's edges from now on (tooth.h): 1/mm, 1/mm, Kienzle's exponent."""
+    def limit(self, chip_weight, power_weight, exponent, force_weight=0.0, edges=3):
+        """Limits of the tool's edges from now on (tooth.h): 1/mm, 1/mm, Kienzle's exponent, 1/mm, their number."""
         self.tool.c.tooth = C.addressof(self.tool.tooth)
-        if library().chip_tooth_set(C.byref(self.tool.tooth), chip_weight, power_weight, exponent) == layout.ToothChange.BEGUN:
+        weights = layout.ToothWeights(chip_weight, power_weight, force_weight, exponent, edges)
+        if library().chip_tooth_set(C.byref(self.tool.tooth), C.byref(weights)) == layout.ToothChange.BEGUN:
             library().chip_lookahead_reset(C.byref(self.c))
         library().chip_tooth_follow(C.byref(self.c), C.byref(self.tool.tooth))
 

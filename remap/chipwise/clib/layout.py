@@ -36,6 +36,11 @@ ENGAGE_STUCK = 2
 FEED_LOAD_STEPS = 8
 FEED_OF_JOB = 2
 FEED_REGISTERS = 4
+FORCE_BRINKS = 48
+FORCE_EDGES = 36
+FORCE_NODES = 72
+FORCE_RADIAL = 1.044
+FORCE_STEP = 5.0
 FULL = 65535
 GUARD_STRIP = 0.5
 GUARD_STRIP_MM = 0.125
@@ -218,6 +223,7 @@ class LimitedBy(IntEnum):
     CHIP = 6
     POWER = 7
     TORQUE = 8
+    FORCE = 9
 
 
 class ToolWatchFault(IntEnum):
@@ -261,6 +267,7 @@ class ToothLimit(IntEnum):
 
     CHIP = 0
     POWER = 1
+    FORCE = 2
 
 
 class ToothChange(IntEnum):
@@ -503,9 +510,13 @@ class FeedIn(C.Structure):
         ("tooth_limit", C.c_int * 8),
         ("chip_share_now", C.c_double),
         ("power_root_now", C.c_double),
+        ("force_root_now", C.c_double),
+        ("force_mean_share_now", C.c_double),
         ("max_chip_mm", C.c_double),
         ("max_power_w", C.c_double),
         ("max_torque_nm", C.c_double),
+        ("max_force_n", C.c_double),
+        ("tool_stiffness_n_mm", C.c_double),
         ("specific_force_n_mm2", C.c_double),
         ("force_exponent_mc", C.c_double),
         ("is_load_measured", C.c_int),
@@ -544,6 +555,10 @@ class ToothOut(C.Structure):
         ("chip_mm", C.c_double),
         ("power_w", C.c_double),
         ("torque_nm", C.c_double),
+        ("force_weight_per_mm", C.c_double),
+        ("side_force_n", C.c_double),
+        ("mean_force_n", C.c_double),
+        ("deflection_mm", C.c_double),
     ]
 
 
@@ -803,6 +818,29 @@ class ToothLoad(C.Structure):
     ]
 
 
+class BrinkForce(C.Structure):
+    """struct chip_brink_force"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("at", C.c_float),
+        ("amount", C.c_float),
+    ]
+
+
+class ToothWeights(C.Structure):
+    """struct chip_tooth_weights"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("chip", C.c_double),
+        ("power", C.c_double),
+        ("force", C.c_double),
+        ("exponent", C.c_double),
+        ("edges", C.c_double),
+    ]
+
+
 class Tooth(C.Structure):
     """struct chip_tooth"""
 
@@ -810,14 +848,31 @@ class Tooth(C.Structure):
     _fields_ = [
         ("chip_weight", C.c_double),
         ("power_weight", C.c_double),
+        ("force_weight", C.c_double),
         ("exponent", C.c_double),
+        ("edges", C.c_int),
         ("made", C.c_int),
-        ("given", C.c_double * 3),
+        ("given", ToothWeights),
         ("weight", C.c_float * (256 + 2)),
         ("root", C.c_float * (256 + 2)),
+        ("ahead", C.c_float * (256 + 2)),
+        ("aside", C.c_float * (256 + 2)),
+        ("sine", C.c_float * 72),
+        ("cosine", C.c_float * 72),
+        ("part", C.c_float * 72),
+        ("node", C.c_ubyte * (256 + 2)),
+        ("slot", C.c_float),
         ("points", C.c_int),
         ("side", C.c_float * 196),
         ("height", C.c_float * 196),
+        ("force", C.c_float * 72),
+        ("more", C.c_float * 72),
+        ("rise", C.c_float * ((72 // 4) + 1) * 2),
+        ("has_more", C.c_int),
+        ("is_round", C.c_int),
+        ("brink", BrinkForce * 48 * 2),
+        ("brinks", C.c_int * 2),
+        ("push", C.c_double * 2),
     ]
 
 
@@ -1017,6 +1072,8 @@ class Section(C.Structure):
         ("nodes", C.c_int),
         ("chip", C.c_double),
         ("power_area", C.c_double),
+        ("side_force", C.c_double),
+        ("mean_force", C.c_double),
     ]
 
 
@@ -1066,13 +1123,16 @@ class Lookahead(C.Structure):
         ("interval", LoadInterval * 256),
         ("chip_weight", C.c_double),
         ("power_weight", C.c_double),
+        ("force_weight", C.c_double),
         ("power_root", C.c_double),
         ("begin_tooth", ToothLoad),
         ("tooth", ToothLoad * 256),
         ("between", ToothLoad * 256),
         ("chip", C.c_float * 256),
         ("power", C.c_float * 256),
-        ("carried", C.c_float * 192 * 2),
+        ("force", C.c_float * 256),
+        ("force_mean", C.c_float * 256),
+        ("carried", C.c_float * 192 * 3),
     ]
 
 
@@ -1101,6 +1161,8 @@ class LoadProfile(C.Structure):
         ("tooth_step", LoadStep * 8),
         ("chip", C.c_double),
         ("power", C.c_double),
+        ("force", C.c_double),
+        ("force_mean", C.c_double),
     ]
 
 
@@ -1253,7 +1315,9 @@ class TrackerIn(C.Structure):
         ("f_output", C.c_int),
         ("chip_weight_per_mm", C.c_double),
         ("power_weight_per_mm", C.c_double),
+        ("force_weight_per_mm", C.c_double),
         ("force_exponent_mc", C.c_double),
+        ("flutes", C.c_double),
         ("tool_stick_out_mu", C.c_double),
         ("tool_holder_diameter_mu", C.c_double),
         ("current_vel_mu_s", C.c_double),
@@ -2095,6 +2159,8 @@ STRUCTURES = {
     "chip_path": Path,
     "chip_path_point": PathPoint,
     "chip_tooth_load": ToothLoad,
+    "chip_brink_force": BrinkForce,
+    "chip_tooth_weights": ToothWeights,
     "chip_tooth": Tooth,
     "chip_tool_ring": ToolRing,
     "chip_tool": Tool,

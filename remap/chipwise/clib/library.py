@@ -74,7 +74,7 @@ _LOOKAHEAD, _SEGMENT, _FEED_IN = C.POINTER(layout.Lookahead), C.POINTER(layout.S
 _CLAMPS = C.POINTER(layout.Clamps)
 _MESH, _DROP_TOOL = C.POINTER(layout.DropMesh), C.POINTER(layout.DropTool)
 _FUNCTIONS = (      # name, result, arguments
-    ("chip_tooth_set", C.c_int, [C.c_void_p] + [C.c_double] * 3), ("chip_tooth_follow", None, [C.c_void_p, C.c_void_p]),
+    ("chip_tooth_set", C.c_int, [C.c_void_p] * 2), ("chip_tooth_follow", None, [C.c_void_p, C.c_void_p]),
     ("chip_tooth_law", layout.ToothOut, [C.c_void_p]),
     ("chip_tool_init", C.c_int, [_TOOL] + [C.c_double] * 4), ("chip_tool_height", C.c_double, [_TOOL, C.c_double]),
     ("chip_tool_reach", C.c_double, [_TOOL, C.c_double]), ("chip_stock_cells", C.c_uint32, [C.c_double] * 3),

@@ -5,6 +5,7 @@ The monitor gives the same figures to the realtime side (monitor/limits.py, tool
 the spindle standing included, the feed is F (core/feed.h, 15).
 """
 
+from chipwise.tool_data.bending import largest_force
 from chipwise.tool_data.chip_loads import chip_limit
 from chipwise.glue import program_run
 from chipwise.setup import job
@@ -13,7 +14,7 @@ from chipwise.tool_data.geometry import tool_geometry
 
 
 def lacking(state):
-    """"" if the chip or the power of the tool in the spindle is limited, else what to add.  Raises CycleError for a material that cannot be."""
+    """"" if the chip, the power or the bending of the tool in the spindle is limited, else what to add.  Raises CycleError for a material that cannot be."""
     number = state.interp.tool_table[0].toolno
     geometry = tool_geometry(state.settings.path("TOOL_GEOMETRY"), number)
     if geometry is None or not geometry.flutes:
@@ -24,7 +25,8 @@ def lacking(state):
     program = program_run.main_file(state.interp)
     material = material_of_file(program, settings["MATERIAL"], settings.path("MATERIALS"), job.material_of(program, settings))
     spindle = settings["SPINDLE_POWER"] or settings["SPINDLE_TORQUE"]
-    if material and (spindle or chip_limit(state.tool_diameter(), geometry, material, settings)):
+    diameter = state.tool_diameter()
+    if material and (spindle or largest_force(diameter, geometry) or chip_limit(diameter, geometry, material, settings)):
         return ""
     if not (spindle or settings["DEFAULT_CHIP"]):
         return f"chip_load of tool {number} to [CHIPWISE]TOOL_GEOMETRY"

@@ -15,6 +15,9 @@ NO_MATERIAL = 'the power is not limited: no material is known; add (MATERIAL,NAM
 DEFAULT = ('tool {tool} has no chip_load, so its chips are at most {chip:.3f} mm in {material} under M251; add chip_load to its tool geometry, or set '
            '[CHIPWISE]DEFAULT_CHIP = no')
 
+UNBENT = 'the bending of tool {tool} is not limited: its {what} is not known; add it to its tool geometry'
+UNFORCED = 'the bending of tool {tool} is not limited: no material is known; add (MATERIAL,NAME=6061) to the program, or set [CHIPWISE]MATERIAL'
+
 
 class Limits:
     """The pins specific-force, force-exponent and max-power."""
@@ -23,7 +26,7 @@ class Limits:
         """saying: Saying of what lacks."""
         self.component, self.settings, self.saying = component, settings, saying
         self.text, self.job = '', ''                # of the program; the material of its set-up, a name
-        self.material, self.told = None, set()      # told: (tool, mm, material) of default chips
+        self.material, self.told = None, set()      # told: (tool, mm, material) of default chips, words of bending
         self.problem, self.lacks = '', False        # to be said: what is wrong with a name; there is none, and a limit needs one
 
     def program(self, text):
@@ -64,6 +67,13 @@ class Limits:
             self.told.add((number, chip, self.material.name))
             self.saying.tell(DEFAULT.format(tool=number, chip=chip, material=self.material.name))
         return chip
+
+    def note_bending(self, number, shape):
+        """Say once for each tool of a program what its `deflection` lacks."""
+        what = UNBENT.format(tool=number, what=shape.unbent) if shape.unbent else UNFORCED.format(tool=number) if shape.max_force and not self.material else ''
+        if what and what not in self.told:
+            self.told.add(what)
+            self.saying.tell(what)
 
     def speed(self, revolutions):
         """The commanded speed of the spindle, 1/min."""

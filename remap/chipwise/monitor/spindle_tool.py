@@ -69,11 +69,16 @@ class SpindleTool:
         pins['tool-stick-out'], pins['tool-holder-diameter'] = shape.stick_out, shape.holder_diameter
         pins['tool-flutes'], pins['max-chip'], pins['min-chip'] = shape.flutes, shape.max_chip or self.default_chip(number, shape), shape.min_chip
         pins['tool-max-rate'] = shape.max_rate
+        pins['max-force'], pins['tool-stiffness'] = shape.max_force, shape.stiffness
+        self.note_bending(number, shape)
         pins['tool-diameter'] = shape.diameter
 
     def default_chip(self, _number, _shape):
         """mm of a tool without chip_load; 0: none."""
         return 0.0
+
+    def note_bending(self, _number, _shape):
+        """Tell what the limit of a tool's bending lacks."""
 
     def note_unknown_tool(self, number, path):
         """A tool that is not in the geometry file is treated as a flat end mill: reported once per tool change."""

@@ -149,6 +149,9 @@ class Monitor(SpindleTool):
     def default_chip(self, number, shape):
         return self.limits.default_chip(number, shape, self.units)
 
+    def note_bending(self, number, shape):
+        self.limits.note_bending(number, shape)
+
     def beat(self):
         """The first beat in place of another monitor sets the count back (core/tool_watch.h, 3), once the tool is described."""
         if self.begins and self.status is None:

@@ -22,7 +22,8 @@ FEED_MOTION = (MOTION_FEED, MOTION_ARC)
 MODES = tuple(mode.name.lower() for mode in FeedMode)
 _LIMIT_WORDS = {LimitedBy.NONE: 'nothing', LimitedBy.STOCK_HERE: 'stock', LimitedBy.STOCK_AHEAD: 'ahead',
                 LimitedBy.FLOOR: 'floor', LimitedBy.CEILING: 'ceiling', LimitedBy.FALLBACK: 'fallback',
-                LimitedBy.CHIP: 'chip', LimitedBy.POWER: 'power', LimitedBy.TORQUE: 'torque'}
+                LimitedBy.CHIP: 'chip', LimitedBy.POWER: 'power', LimitedBy.TORQUE: 'torque',
+                LimitedBy.FORCE: 'force'}
 LIMITS = tuple(_LIMIT_WORDS[limit] for limit in LimitedBy)
 SHOWN = LIMITS[:LimitedBy.CHIP]         # on the tab, which has room for six; a limit of the tooth is a ceiling there
 SUMS = ('run-time', 'fed-time', 'saved-time', 'mean-rate', 'peak-rate', 'cut-time', 'air-time', 'rub-time')       # of volumetric-feed.0

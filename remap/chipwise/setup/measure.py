@@ -36,7 +36,7 @@ class Proposal:
     """One tool.  time_s with traverses; air_s: feeds that meet no stock; rate: the largest mean over 1 s sideways, mean: of all cutting; target: None:
     F stays; ceiling: times the F of a move; time_air_s: time_with_s with feeds above the stock as fast as the axes; limited: whether the tool geometry's
     rate is the target; of_chip: whether its chip is the ceiling; longer: seconds that the rate would take, if it keeps F because that is longer;
-    chip, power: the largest at F, mm and W, None: not known; chip_limit, power_limit: of the tool and the spindle, None: no limit."""
+    chip, power, bending: the largest at F, mm, W and mm, None: not known; chip_limit, power_limit, bending_limit: of the tool and the spindle, None: no limit."""
 
     number: int
     name: str
@@ -57,18 +57,22 @@ class Proposal:
     power: Optional[float] = None
     chip_limit: Optional[float] = None
     power_limit: Optional[float] = None
+    bending: Optional[float] = None
+    bending_limit: Optional[float] = None
 
     @property
     def slowed_by(self):
         """The limits that are exceeded at F, so that M251 and the set-up go below F there."""
-        return [name for name, most, limit in (("chip", self.chip, self.chip_limit), ("power", self.power, self.power_limit)) if most and limit and most > TOOTH_SLACK * limit]
+        return [name for name, most, limit in (("chip", self.chip, self.chip_limit), ("power", self.power, self.power_limit), ("bending", self.bending, self.bending_limit))
+                if most and limit and most > TOOTH_SLACK * limit]
 
     def json(self):
         """As in --json."""
         return {"number": self.number, "name": self.name, "diameter": self.diameter, "flutes": self.flutes, "time_s": self.time_s,
                 "air_s": self.air_s, "rate_mean_mm3_min": self.mean, "rate_1s_mm3_min": self.rate, "target_mm3_min": self.target,
                 "ceiling": self.ceiling, "time_with_s": self.time_with_s, "time_air_s": self.time_air_s,
-                "chip_mm": self.chip, "power_w": self.power, "chip_limit_mm": self.chip_limit, "power_limit_w": self.power_limit, "slowed_by": self.slowed_by}
+                "chip_mm": self.chip, "power_w": self.power, "chip_limit_mm": self.chip_limit, "power_limit_w": self.power_limit, "bending_mm": self.bending,
+                "bending_limit_mm": self.bending_limit, "slowed_by": self.slowed_by}
 
 
 class SetupTimer(Timer):
@@ -161,11 +165,11 @@ class SetupSimulation(Simulation):
                         figures.peak_chip, figures.peak_power, *self._tooth_limits(figures))
 
     def _tooth_limits(self, figures):
-        """(mm, W) of a tool, None where there is none."""
+        """(mm, W, mm as it is, mm) of a tool: chip, power, bending; None where there is none."""
         tooth = self.tooth.get(figures.number)
         if tooth is None:
-            return None, None
-        return tooth.chip if figures.peak_chip is not None else None, figures.power_limit
+            return None, None, None, None
+        return tooth.chip if figures.peak_chip is not None else None, figures.power_limit, figures.peak_bending, tooth.bending
 
 
 @dataclass

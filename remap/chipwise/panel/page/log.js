@@ -6,7 +6,7 @@
     const {t, put, section, fill} = window.chipwise;
     const LIMITS = {nothing: 'nothing', stock: 'stock here', ahead: 'stock ahead', floor: 'feed floor', ceiling: 'feed ceiling',
                     fallback: 'F as programmed', chip: 'largest chip',
-                    power: 'spindle power', torque: 'spindle torque'};
+                    power: 'spindle power', torque: 'spindle torque', force: 'bending of the tool'};
 
     const inch = () => Boolean(window.chipwise.state && window.chipwise.state.task && window.chipwise.state.task.inch);
     const rate = (cm3) => (cm3 / (inch() ? 16.387064 : 1)).toPrecision(3);

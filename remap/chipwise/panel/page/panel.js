@@ -41,7 +41,7 @@
     const MODES = {off: 'off', limit: 'limit', constant: 'constant', window: 'window'};
     const LIMITS = {nothing: 'nothing', stock: 'stock here', ahead: 'stock ahead', floor: 'feed floor', ceiling: 'feed ceiling',
                     fallback: 'no stock known: F as programmed', chip: 'largest chip',
-                    power: 'spindle power', torque: 'spindle torque'};
+                    power: 'spindle power', torque: 'spindle torque', force: 'bending of the tool'};
 
     const LOADS = {rate: 'Removal rate', chip: LIMITS.chip, power: LIMITS.power, torque: LIMITS.torque};
 
