@@ -36,6 +36,17 @@ M252
 G1 X0
 M2
 '''
+LATHE_LINES = ['G21', 'G10 L20 P1 X0 Z0', 'G54']
+LATHE_PROGRAM = '''o100 sub
+  G0 X{D}2 Z0
+  G1 Z-1
+  G0 X{D}3
+o100 endsub
+G21 G90 G94 G18 G40 G49 G64 P0.01
+F600
+G75 Q100 Z-2
+M2
+'''
 CUT_MM3 = (192.0, 200.0)        # 2 mm x (14 mm x 6 mm + pi/2 x (3 mm)^2) = 196.3 mm3
 PINS = ['stock-tracker.0.removed-volume', 'stock-tracker.0.ready', 'stock-tracker.0.fault-code']
 
@@ -51,6 +62,8 @@ class Sample:
     joined: tuple = ()              # pins of motion that the configuration itself connects
     postgui: bool = False           # POSTGUI in place of HALFILE = chipwise.hal
     own_error: str = ''             # an operator error the configuration has without chipwise, too
+    display: str = ''               # a screen in place of the configuration's own
+    lathe: bool = False             # with what docs/user/install.md says of a lathe, and LATHE_PROGRAM in place of PROGRAM
     recipe: bool = False            # with what docs/user/install.md says of a machine with a [PYTHON] section of its own
 
 
@@ -58,12 +71,17 @@ SAMPLES = [
     Sample('axis_mm', 'sim/axis/axis_mm.ini', 'axis'),
     Sample('axis (inch)', 'sim/axis/axis.ini', 'axis'),
     Sample('lathe', 'sim/axis/lathe.ini', 'axis', refused='this machine has no Y axis'),
+    Sample('lathe, docs/user/install.md', 'sim/axis/lathe.ini', 'axis', lathe=True),
+    Sample('XYZABCUVW', 'sim/axis/axis_9axis.ini', 'axis'),
+    Sample('headless', 'sim/axis/axis_mm.ini', 'linuxcncrsh', display='linuxcncrsh'),
     Sample('gantry', 'sim/axis/gantry/gantry_mm.ini', 'axis'),
     Sample('gmoccapy', 'sim/gmoccapy/gmoccapy.ini', 'gmoccapy',
            joined=('motion.tooloffset.x', 'motion.tooloffset.z')),
     Sample('gmoccapy lathe', 'sim/gmoccapy/lathe_configs/lathe.ini', 'gmoccapy', refused='this machine has no Y axis'),
     Sample('qtdragon', 'sim/qtdragon/qtdragon_xyz/qtdragon_metric.ini', 'qtvcp'),
     Sample('qtdragon_hd', 'sim/qtdragon_hd/qtdragon_hd_xyz/qtdragon_hd_xyz.ini', 'qtvcp'),
+    Sample('qtdragon_hd XYZA', 'sim/qtdragon_hd/qtdragon_hd_xyz/qtdragon_hd_xyza.ini', 'qtvcp'),
+    Sample('qtdragon XYYZ', 'sim/qtdragon/qtdragon_multi_joint/qtdragon_xyyz.ini', 'qtvcp'),
     Sample('qtplasmac', 'sim/qtplasmac/qtplasmac_l_metric.ini', 'qtvcp', refused='this is a plasma machine'),
     Sample('touchy', 'sim/touchy/touchy.ini', 'touchy'),
     Sample('5axis bridgemill', 'sim/axis/vismach/5axis/bridgemill/5axis.ini', 'axis', joined=('motion.tooloffset.z',)),
@@ -149,10 +167,31 @@ def follow_the_recipe(ini):
         handle.write('\n' + module.split('\n', 1)[-1] + '\n')
 
 
+def set_up_the_lathe(ini):
+    """The lines of docs/user/install.md's "On a lathe", taken from there, and a tool geometry file."""
+    with open(os.path.join(ROOT, 'docs', 'user', 'install.md')) as handle:
+        text = handle.read().split('### On a lathe')[1].split('```')[1].strip()
+    codes, rest = text.split('\n\n', 1)
+    paste(ini, [('RS274NGC', codes.split('\n')[1:])])
+    with open(ini, 'a') as handle:
+        handle.write('\n' + rest + '\n')
+    with open(os.path.join(os.path.dirname(ini), 'lathe_tools.toml'), 'w') as handle:
+        handle.write('[lathe.1]\nroles = ["rough"]\nedge_length = 12\ndepth = 4\n')
+
+
+def show_with(ini, display):
+    """Another screen, and without what belongs to the old one."""
+    with open(ini, errors='surrogateescape') as handle:
+        text = handle.read()
+    with open(ini, 'w', errors='surrogateescape') as handle:
+        handle.write(re.sub(r'^DISPLAY\s*=.*$', 'DISPLAY = ' + display, text, flags=re.MULTILINE))
+
+
 def be_patient(ini):
     """The samples let the task wait 1 s for motion; on a busy machine LinuxCNC would end, with chipwise or without."""
     with open(ini, errors='surrogateescape') as handle:
         text = handle.read()
+    text = re.sub(r'^(HALCMD\s*=\s*loadusr) (gladevcp)', r'\1 -W \2', text, flags=re.MULTILINE)         # touchy gives its panel 1 s to make its pins
     with open(ini, 'w', errors='surrogateescape') as handle:
         handle.write(re.sub(r'^COMM_TIMEOUT\s*=.*$', 'COMM_TIMEOUT = 30', text, flags=re.MULTILINE))
 
@@ -185,6 +224,12 @@ def copied(sample, where):
     ini = os.path.join(copy, sample.path)
     if sample.recipe:
         follow_the_recipe(ini)
+    if sample.display:
+        show_with(ini, sample.display)
+    if sample.lathe:
+        set_up_the_lathe(ini)
+        be_patient(ini)
+        return ini
     paste(ini, [(section, [POSTGUI if sample.postgui and line.startswith('HALFILE') else line for line in lines])
                 for section, lines in readme_lines()])
     give_it_a_tool(ini)
@@ -218,6 +263,8 @@ def drive(*arguments, **options):
 
 def job_of(ini, sample, picture=None, watch=(), after=()):
     """JOB of sample_driver.py."""
+    if sample.lathe:
+        return {'lines': LATHE_LINES, 'program': LATHE_PROGRAM, 'pins': [], 'after': list(after), 'signals': [], 'picture': picture, 'watch': []}
     inch = re.search(r'^LINEAR_UNITS\s*=\s*(in|imperial)', open(ini, errors='replace').read(), re.MULTILINE)
     lines = [line.replace('{RADIUS}', '%.6f' % (3 / 25.4 if inch else 3)) for line in ['G20' if inch else 'G21', *LINES]]
     return {'lines': lines, 'program': PROGRAM, 'pins': PINS, 'after': list(after), 'signals': list(sample.joined), 'picture': picture, 'watch': list(watch)}
@@ -252,6 +299,8 @@ def verdict(sample, result):
     errors = [error for error in result['errors'] if not sample.own_error or sample.own_error not in error]
     if not result['done'] or not result['screen_alive'] or errors:
         return f'{result["trouble"]} {errors}\n{result["output"]}'
+    if sample.lathe:
+        return ''
     volume = float(result['pins'][PINS[0]])
     if not CUT_MM3[0] <= volume <= CUT_MM3[1]:
         return f'cut {volume:.1f} mm3, wanted {CUT_MM3}; fault code {result["pins"][PINS[2]]}\n{result["output"]}'
@@ -259,29 +308,3 @@ def verdict(sample, result):
         if not signal or signal.startswith('chipwise'):
             return f'{pin} is on signal "{signal}" and not on the configuration\'s'
     return ''
-
-
-# --- the table in the docs --------------------------------------------------
-
-TABLE = os.path.join(ROOT, 'docs', 'user', 'machines.md')
-
-
-def table_lines():
-    """The rows of docs/user/machines.md."""
-    lines = ['| machine | INI file, below `sample-configs` | screen | with README\'s lines | its HAL files connect |', '|---|---|---|---|---|']
-    for sample in SAMPLES:
-        outcome = f'refused: "{sample.refused} .."' if sample.refused else 'runs'
-        if sample.postgui:
-            outcome = f'runs with `{POSTGUI}` in place of `HALFILE = chipwise.hal`'
-        if sample.recipe:
-            outcome = 'runs with the two lines of [Install](install.md#a-machine-with-codes-of-its-own)'
-        joined = ', '.join(f'`{pin}`' for pin in sample.joined)
-        lines.append(f'| {sample.name} | `{sample.path}` | {sample.screen} | {outcome} | {joined} |')
-    return lines
-
-
-def write_table():
-    with open(TABLE) as handle:
-        head, _old = handle.read().split('\n| machine |', 1)
-    with open(TABLE, 'w') as handle:
-        handle.write(head + '\n' + '\n'.join(table_lines()) + '\n')

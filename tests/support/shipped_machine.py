@@ -70,7 +70,8 @@ def main(job):
     bind(job['tests'], TREE + '/tests')
     for name in ('remap', 'bin'):
         os.symlink(f'{SHARE}/{name}', f'{TREE}/{name}')
-    os.symlink(PREFIX + '/share/doc/chipwise/README.md', TREE + '/README.md')
+    for name in ('README.md', 'docs'):
+        os.symlink(f'{PREFIX}/share/doc/chipwise/{name}', f'{TREE}/{name}')
     bind(job['folder'], LOGS)
     cover()
     make_users()
