@@ -10,9 +10,9 @@ the floor.
 Rapids, and why none meets stock, nor has any at its side.  Above R everything is free.  Below it a rapid runs straight up,
 or straight down to GAP_MM above the level before, which is cleared all over the machinable region, if the place is
 the traverse clearance within that region.  Everything else is a feed: also the rest down to where the tool has been at
-this level, as that may be beside stock.  No rapid runs across below R, although the level before is cleared: so nothing has
-to be known about the stock above R; pocket_engage.py has what P4 does instead.  A Track that does not start on an earlier path of its level is entered by a helix,
-a ramp or a plunge.
+this level, as that may be beside stock.  From Track to Track of a level the tool goes over ground that the level has cleared,
+lifted a little where it traverses (geometry/pocket/links.py; pocket_engage.py for P4); it lifts to R where there is no such
+route.  A Track that does not start on an earlier path of its level is entered by a helix, a ramp or a plunge.
 """
 
 import math
@@ -33,16 +33,13 @@ from chipwise.geometry.base import elements
 from chipwise.geometry.base.clearance import gouge_depths
 from chipwise.geometry.offset.kernel import make_pocket
 from chipwise.geometry.base import chains
-from chipwise.geometry.pocket import entries, machinable, nesting, rest_material
+from chipwise.geometry.pocket import entries, links, machinable, nesting, rest_material
 from chipwise.geometry.pocket.strategies import ENGAGE, NAMES, STRATEGIES
 from chipwise.geometry.pocket.inaccessible import inaccessible
 from chipwise.geometry.base.tolerances import CONNECT_MM
 
 # Height of rapids above what is cleared. mm
 GAP_MM = 0.5
-
-# A start this near to a path of the level lies on it. mm; far below what a stock model or a chip can tell.
-ON_PATH_MM = 1e-4
 
 # Widest spacing of the paths, in tool diameters: D up to the whole diameter is allowed, but kerfs side by side have to
 # overlap by something, or every rounding leaves a wall of nothing between them.
@@ -236,16 +233,6 @@ def _pockets(loops, close_gap):
     return drawn, tuple(make_pocket(boundary, islands) for boundary, islands in drawn.pockets)
 
 
-def _known_starts(tracks):
-    """For each Track whether its start lies on an earlier one: the tool has been there at this level."""
-    path, known, done = elements.join([track.elements for track in tracks]), [], 0
-    for track in tracks:
-        gap = elements.distances(path, np.arange(done), np.broadcast_to(track.start, (done, 2)))
-        known.append(bool(done) and float(gap.min()) <= ON_PATH_MM)
-        done += len(track.elements)
-    return known
-
-
 def _open_starts(region, tracks, clearance):
     """For each Track whether no stock that a cleared level leaves is within the clearance (mm) of the tool's side at its start."""
     start = np.array([track.start for track in tracks], float).reshape(-1, 2)
@@ -261,19 +248,35 @@ class _Driver:
     def clear(self, region, tracks):
         """All levels of a machinable region."""
         r, mover = self.request, self.mover
-        above, known, is_open = None, _known_starts(tracks), _open_starts(region, tracks, r.traverse_clearance)
+        above, known, is_open = None, links.known_starts(tracks), _open_starts(region, tracks, r.traverse_clearance)
+        routes = links.linked(region, tracks, r.tool_radius, r.traverse_clearance, r.feed / 60.0)
         levels = depth_levels(r.clearance, r.bottom + r.floor_allowance, r.depth_step, r.stock_top)
-        per_level = sum(len(track.elements) + 4 for track in tracks)
+        per_level = sum(len(track.elements) + 4 for track in tracks) + sum(len(piece.elements) for route in routes for piece in route or ())
         check_moves(len(mover.moves) + len(levels) * per_level, r, "use a larger J or D")
         for z in levels:
-            for track, is_known, is_free in zip(tracks, known, is_open):
-                self.over(track.start.tolist(), above, z if is_known else above, is_free)
-                if is_known:
-                    mover.plunge(z)
+            for track, is_known, is_free, route in zip(tracks, known, is_open, routes):
+                if route is not None:
+                    self._link(route, z)
                 else:
-                    self._enter(region, track, z)
+                    self.over(track.start.tolist(), above, z if is_known else above, is_free)
+                    if is_known:
+                        mover.plunge(z)
+                    else:
+                        self._enter(region, track, z)
                 mover.follow(track.elements)
             above = z
+
+    def _link(self, route, z):
+        """Along the Pieces of a link at a level; rapids are lifted, and the feed after one goes down the rest."""
+        mover, slope = self.mover, math.tan(math.radians(self.request.ramp_angle))
+        for piece in route:
+            if piece.rapid:
+                pocket_engage.across(mover, piece.elements, z, self.request.clearance)
+                continue
+            if mover.z - z > float(elements.lengths(piece.elements).sum()) * slope:
+                mover.down(z)
+            mover.follow(piece.elements, z if mover.z > z else None)
+        mover.down(z)
 
     def over(self, start, above, free, is_open):
         """To just above `free`, the depth that is cleared at a start (x, y): by rapids to over the level before (`above`) if that is open

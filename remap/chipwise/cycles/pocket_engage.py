@@ -128,7 +128,7 @@ def clear(driver, region, segments):
                 _ramp(driver, chain, z, above)
                 new = True
             elif segment.kind == "rapid":
-                _across(mover, chain, z, r.clearance)
+                across(mover, chain, z, r.clearance)
             elif segment.kind == "over":
                 new = False
                 driver.over(tuple(chain.end[0].tolist()), above, None, False)
@@ -190,7 +190,7 @@ def _enter(driver, region, segment, chain, z, above):
         mover.arc(mover.xy, centre, ccw)
 
 
-def _across(mover, chain, z, clearance):
+def across(mover, chain, z, clearance):
     """Rapids along lines, lifted, and down to just over the floor."""
     length = elements.lengths(chain)
     total = float(length.sum())

@@ -15,7 +15,7 @@ clockwise (M3); with M4 climb milling is climb=False.
 
 What holds for the Tracks of one machinable region:
 1. Each stays inside the closed machinable region, so that its distance to the walls needs no other check.
-2. Between two Tracks the tool is lifted, traverses, and goes down at the next start.  The first
+2. Between two Tracks the tool goes over cleared ground (links.py), or lifts and goes down at the next start.  The first
    Track starts in solid stock, where the cycle ramps or helixes in; a later one that starts in
    solid costs an entry too.
 3. The last Track or Tracks run every contour of the machinable region once, as `climb` says.

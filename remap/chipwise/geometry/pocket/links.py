@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Links at the level from one Track of a machinable region to the next, over ground that the Tracks before have cleared.
+
+Called by cycles/pocket.py for every strategy but P4, which makes its own.  Lengths mm.
+
+A link is tried straight, then back along the Track that has just ended (which is cleared, whatever lies beside it) with as few
+bends as its ground allows, then by a search over the region.  All that the tool sweeps on a line that no Track ran is asked for,
+exactly (engage_ground.py).  Where the traverse clearance is at the tool's side the middle of a line is a rapid.
+"""
+import heapq
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from chipwise.geometry.base import chains, elements
+from chipwise.geometry.base.elements import Elements
+from chipwise.geometry.base.tolerances import NODE_MM
+from chipwise.geometry.pocket import engage_links
+from chipwise.geometry.pocket.engage_ground import Ground
+from chipwise.geometry.pocket.engage_starts import Grid
+from chipwise.geometry.pocket.machinable import clear_segment
+
+# A start this near to the path so far lies on it. mm; far below what a stock model or a chip can tell.
+ON_PATH_MM = 1e-4
+
+# The clearance is looked for along a line at places so far apart. mm
+SPACING_MM = 0.3
+
+# A route leads by every so many places of the grid, across and up; by all of them where it does not lead through.
+COARSE = 2
+
+# From a place of a raster to its neighbours, and how far that is.
+NEIGHBOURS = tuple((i, j, math.hypot(i, j)) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j)
+
+# A region below this area (mm2) is a line or a place: there is nothing to link over.
+NO_AREA_MM2 = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """Elements of a link, at the feed at the level, or lines of rapids lifted a little."""
+    elements: Elements
+    rapid: bool = False
+
+
+def known_starts(tracks):
+    """For each Track whether its start lies on an earlier one: the tool has been there at this level."""
+    path, known, done = elements.join([track.elements for track in tracks]), [], 0
+    for track in tracks:
+        gap = elements.distances(path, np.arange(done), np.broadcast_to(track.start, (done, 2)))
+        known.append(bool(done) and float(gap.min()) <= ON_PATH_MM)
+        done += len(track.elements)
+    return known
+
+
+def linked(region, tracks, radius, clearance, feed_mm_s):
+    """For each Track the Pieces that lead to its start from the end of the one before; None: the tool has to lift, as the start is
+    in stock, or no route was found."""
+    known = known_starts(tracks)
+    if not any(known) or region.area < NO_AREA_MM2:
+        return [None] * len(tracks)
+    linker, found = _Linker(region, radius, clearance, feed_mm_s), [None]
+    for before, track, is_known in zip(tracks, tracks[1:], known[1:]):
+        linker.ground.clear(before.elements)
+        found.append(linker.link(before, track.start) if is_known else None)
+    return found
+
+
+class _Linker:
+    """The ground of a region while its Tracks are cut."""
+
+    def __init__(self, region, radius, clearance, feed_mm_s):
+        self.region, self.clearance, self.feed_mm_s = region, clearance, feed_mm_s
+        self.ground, self._grid = Ground(region.contours, radius), None
+
+    def link(self, before, to):
+        """Pieces from the end of a Track to a place; None."""
+        here = before.end
+        if math.dist(here, to) <= NODE_MM:
+            return ()
+        if self._free(here, to):
+            return self._paced([chains.line(here, to)])
+        back = _back(before, to)
+        route = self._shortened(back, True) if back is not None else self._searched(here, to)
+        return None if route is None else self._paced(route)
+
+    def _free(self, a, b):
+        """Whether the tool meets nothing on a straight line."""
+        return self.ground.swept(chains.line(a, b), -engage_links.RIM_MM, engage_links.FINE_MM) and clear_segment(self.region, a, b)
+
+    def _shortened(self, chain, is_cleared):
+        """A chain in single elements, lines instead of as much of it as they can be; None where one is not over cleared ground.
+        is_cleared: the tool has been all along the chain."""
+        found, k, count = [], 0, len(chain)
+        while k < count:
+            last = count
+            while last > k + 1 and not self._free(chain.start[k], chain.end[last - 1]):
+                last = k + (last - k) // 2
+            if last > k + 1:
+                found.append(chains.line(chain.start[k], chain.end[last - 1]))
+            elif is_cleared or self._free(chain.start[k], chain.end[k]):
+                found.append(elements.take(chain, np.array([k])))
+            else:
+                return None
+            k = max(last, k + 1)
+        return found
+
+    def _searched(self, a, b):
+        """Lines over cleared ground, around what stands; None."""
+        if self._grid is None:
+            self._grid = Grid(self.region, self.ground)
+        self._grid.refresh()
+        return self._by_places(a, b, COARSE) or self._by_places(a, b, 1)
+
+    def _by_places(self, a, b, step):
+        """The same by every so many places of the grid."""
+        place, free = self._grid.point[::step, ::step], self._grid.cleared[::step, ::step]
+        first, last = (self._seen(end, place, free) for end in (a, b))
+        route = None if first is None or last is None else shortest(free, first, last)
+        if route is None:
+            return None
+        points = np.array([a, *(place[at] for at in route), b])
+        return self._shortened(elements.make_lines(points[:-1], points[1:]), False)
+
+    def _seen(self, end, place, free):
+        """Indices of the nearest free place that a straight line leads to; None."""
+        known = np.argwhere(free)
+        for k in np.argsort(np.hypot(*(place[free] - end).T), kind="stable")[:engage_links.NEAREST]:
+            if self._free(end, place[tuple(known[k])]):
+                return tuple(known[k].tolist())
+        return None
+
+    def _paced(self, route):
+        """Pieces of single elements: the middle of a line is a rapid where that is quicker."""
+        return tuple(piece for e in route for piece in ([Piece(e)] if e.is_arc[0] else self._with_rapid(e.start[0], e.end[0])))
+
+    def _with_rapid(self, a, b):
+        count = max(1, math.ceil(math.dist(a, b) / SPACING_MM))
+        place = a + (b - a) * np.linspace(0.0, 1.0, count + 1)[:, None]
+        first, last = _longest(self.ground.rim(place, -self.clearance))
+        length = math.dist(a, b) * max(last - first, 0) / count
+        rapid = chains.line(place[first], place[last])
+        if (engage_links.rapid_seconds(length) + engage_links.STOP_S >= length / self.feed_mm_s
+                or not self.ground.swept(rapid, self.clearance, engage_links.FINE_MM)):
+            return [Piece(chains.line(a, b))]
+        return ([Piece(chains.line(a, place[first]))] * (first > 0) + [Piece(rapid, True)]
+                + [Piece(chains.line(place[last], b))] * (last < count))
+
+
+def shortest(free, first, last):
+    """[(i, j)] from one place of a raster to another over neighbours that are free (columns, rows) bool; None."""
+    columns, rows = free.shape
+    open_, cost, before, heap, done = free.tolist(), {first: 0.0}, {}, [(0.0, first)], set()
+    while heap:
+        _, at = heapq.heappop(heap)
+        if at == last:
+            break
+        if at in done:
+            continue
+        done.add(at)
+        for di, dj, size in NEIGHBOURS:
+            i, j = near = at[0] + di, at[1] + dj
+            if 0 <= i < columns and 0 <= j < rows and open_[i][j] and cost[at] + size < cost.get(near, math.inf):
+                cost[near], before[near] = cost[at] + size, at
+                heapq.heappush(heap, (cost[near] + math.dist(near, last), near))
+    if last not in cost:
+        return None
+    route = [last]
+    while route[-1] != first:
+        route.append(before[route[-1]])
+    return route[::-1]
+
+
+def _longest(flags):
+    """(first, last) index of the longest row of True; (0, 0) where none is."""
+    edge = np.flatnonzero(np.diff(np.concatenate(([False], flags, [False])).astype(int)))
+    first, last = edge[::2], edge[1::2] - 1
+    k = int(np.argmax(last - first)) if len(first) else None
+    return (0, 0) if k is None else (int(first[k]), int(last[k]))
+
+
+def _back(track, to):
+    """The chain back along a Track from its end to a place on it; None where the place is not on it."""
+    chain = track.elements
+    gap, index, t = chains.nearest(chain, to)
+    if gap > ON_PATH_MM:
+        return None
+    length = float(elements.lengths(chain)[index])
+    rest = elements.take(chain, np.arange(index + 1, len(chain)))
+    if t * length <= ON_PATH_MM or (1.0 - t) * length > ON_PATH_MM:
+        rest = elements.join((chains.segment(chain, index, 0.0 if t * length <= ON_PATH_MM else t, 1.0), rest))
+    return elements.reverse(rest)
