@@ -24,7 +24,7 @@ from chipwise.errors import NAME, of_unexpected, printable
 from chipwise.options.machine import CommandError, refuser
 
 COMMANDS = {name: name for name in ('blank', 'check', 'clamps', 'contour', 'demo', 'digitise', 'display', 'enter', 'filter', 'link', 'load', 'monitor',
-                                   'panel', 'patterns', 'resume', 'rewrite', 'setup', 'stations', 'surface', 'turn')} | {'new-config': 'new_config', 'try': 'try_program', 'import': 'import_drawing', 'turn-over': 'turn_over'}
+                                   'panel', 'patterns', 'resume', 'rewrite', 'setup', 'stations', 'surface', 'turn')} | {'new-config': 'new_config', 'load-factors': 'load_factors', 'try': 'try_program', 'import': 'import_drawing', 'turn-over': 'turn_over'}
 FULL = errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO
 INTERNAL = ('display', 'link', 'load', 'monitor')      # LinuxCNC calls them
 STARTERS = ('link', 'load', 'monitor')                  # and does not start if one fails

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The factors measured / predicted power of tools in materials, in the file [CHIPWISE]SPINDLE_LOADS.  Called by monitor/spindle_load.py.
+"""The factors measured / predicted power of tools in materials, in the file [CHIPWISE]SPINDLE_LOADS.  Called by monitor/spindle_load.py and cli/load_factors.py.
 
     [3]                     tool number
     "6061" = 1.312          measured / predicted
