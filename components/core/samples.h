@@ -78,7 +78,7 @@ void chip_load_complete(struct chip_lookahead *lookahead, const struct chip_stoc
 /* Whether the tool has limits (tooth.h). */
 static inline __attribute__((always_inline)) int limits_tooth(const struct chip_lookahead *lookahead)
 {
-    return lookahead->chip_weight > 0.0 || lookahead->power_weight > 0.0 || lookahead->force_weight > 0.0;
+    return lookahead->chip_weight + lookahead->power_weight + lookahead->force_weight > 0.0; /* none is negative */
 }
 
 /* tooth_profile.c, for a tool with limits: keeps the larger one of samples `from` and from + 1 for slot n, and puts

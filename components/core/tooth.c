@@ -71,12 +71,14 @@ static void follow_tables(struct chip_tooth *tooth, double exponent, int edges)
 
 int chip_tooth_set(struct chip_tooth *tooth, const struct chip_tooth_weights *weights)
 {
-    double chip = weight_of(weights->chip), power = weight_of(weights->power), force = weight_of(weights->force),
-           exponent = weights->exponent;
-    double edges = chip_min(chip_setting(weights->edges), CHIP_FORCE_EDGES);
+    double chip, power, force, edges, exponent = weights->exponent;
     int begins;
     if (is_given(tooth, weights)) return CHIP_TOOTH_SAME;
     tooth->given = *weights;
+    chip = weight_of(weights->chip);
+    power = weight_of(weights->power);
+    force = weight_of(weights->force);
+    edges = chip_min(chip_setting(weights->edges), CHIP_FORCE_EDGES);
     if (!chip_finite(exponent) || exponent < 0.0 || exponent > CHIP_MAX_EXPONENT) power = force = exponent = 0.0;
     if (edges < 1.0) force = 0.0;
     if (power > 0.0 || force > 0.0) follow_tables(tooth, exponent, force > 0.0 ? (int)(edges + 0.5) : tooth->edges);

@@ -106,7 +106,7 @@ void chip_force_slot(struct chip_tooth *tooth);
 /* Whether anything is limited [8]. */
 static inline int chip_tooth_limits(const struct chip_tooth *tooth)
 {
-    return tooth && (tooth->chip_weight > 0.0 || tooth->power_weight > 0.0 || tooth->force_weight > 0.0);
+    return tooth && tooth->chip_weight + tooth->power_weight + tooth->force_weight > 0.0; /* none is negative */
 }
 
 #endif

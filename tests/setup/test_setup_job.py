@@ -72,9 +72,10 @@ def test_a_changed_program_asks_again(tmp_path, machine):
 def test_the_folder_of_jobs(tmp_path, machine):
     folder = machine.parent / "jobs"
     folder.mkdir()
-    machine.write_text(machine.read_text().replace("\n[CHIPWISE]\n", "\n[CHIPWISE]\nJOBS = jobs"))
+    machine.write_text(machine.read_text().replace("\n[CHIPWISE]\n", "\n[CHIPWISE]\nJOBS = jobs\n"))
     status, _said, report = confirmed(tmp_path, machine)
-    assert status == 0 and report["job"] == str(folder / "part.job.toml") and not (tmp_path / "part.job.toml").exists()
+    assert status == 0, _said
+    assert report["job"] == str(folder / "part.job.toml") and not (tmp_path / "part.job.toml").exists()
     folder.joinpath("part.job.toml").unlink()
     folder.rmdir()
     status, said, report = confirmed(tmp_path, machine)

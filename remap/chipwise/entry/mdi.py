@@ -22,7 +22,7 @@ from chipwise.program import loaded
 from chipwise.program.records import Frame
 from chipwise.host.clock import patience
 from chipwise.errors import CycleError
-from chipwise.host.processes import named
+from chipwise.host.processes import is_near, named
 
 NEAR_MM = 1e-3              # a tool that has moved less is where it was
 MODE_S, TAKEN_S = 5.0, 2.0  # for the mode; for a line to be refused: what takes longer is under way
@@ -51,13 +51,13 @@ class State:
 
 def read() -> State:
     """State of the LinuxCNC that runs here.  Raises CycleError if there is none."""
-    if not named(*TASKS):                   # the status buffer outlives a crash
+    if not any(map(is_near, named(*TASKS))):        # the status buffer outlives a crash
         raise CycleError("LinuxCNC is not running here", "start it, or leave --run out")
     import linuxcnc
     status = linuxcnc.stat()
     try:
         status.poll()
-    except linuxcnc.error as error:
+    except (linuxcnc.error, SystemError) as error:      # 2.9 fails without a reason at the status of another user
         raise CycleError("LinuxCNC does not answer", "see whether it is starting or ending") from error
     return state_of(status, linuxcnc)
 

@@ -74,7 +74,7 @@ def spindle_tool():
         status = linuxcnc.stat()
         status.poll()
         return status.tool_in_spindle
-    except (ImportError, RuntimeError):         # linuxcnc.error is a RuntimeError
+    except (ImportError, RuntimeError, SystemError):        # linuxcnc.error is a RuntimeError
         return 0
 
 

@@ -64,6 +64,18 @@ def named(*names: str) -> list[int]:
     return found
 
 
+def is_near(pid: int) -> bool:
+    """Whether a process is this user's, and not in a sandbox with shared memory of its own."""
+    try:
+        if os.stat(f"/proc/{pid}").st_uid != os.geteuid():
+            return False
+        return os.stat(f"/proc/{pid}/ns/ipc").st_ino == os.stat("/proc/self/ns/ipc").st_ino
+    except PermissionError:                 # it has rights that this one has not
+        return True
+    except OSError:
+        return False
+
+
 def cpu_s(pid: int) -> float:
     """Computing time (s) a process and its ended children have had; infinite when it is gone."""
     try:

@@ -61,5 +61,5 @@ def ini_file(linuxcnc):
         status = linuxcnc.stat()
         status.poll()
         return status.ini_filename or ''
-    except linuxcnc.error:
+    except (linuxcnc.error, SystemError):
         return ''
