@@ -14,6 +14,7 @@ import time
 import linuxcnc
 
 PATIENCE_S = 120
+IDLE_POLLS = 20             # a program that has been idle so often is over, however short it was
 
 
 def until(command, stat, done):
@@ -33,16 +34,22 @@ def run(command, stat, errors, program):
     command.wait_complete()
     command.program_open(program)
     command.wait_complete()
+    found, idle = [], 0
+
+    def more():
+        while error := errors.poll():
+            found.append(error[1])
+        return bool(found)
+
+    def has_begun():
+        nonlocal idle
+        is_taken = stat.echo_serial_number >= command.serial
+        idle += is_taken
+        return stat.interp_state != linuxcnc.INTERP_IDLE or is_taken and more() or idle > IDLE_POLLS
     command.auto(linuxcnc.AUTO_RUN, 0)
-    command.wait_complete()
-    time.sleep(0.3)
+    until(command, stat, has_begun)
     until(command, stat, lambda: stat.interp_state == linuxcnc.INTERP_IDLE and stat.inpos)
-    found = []
-    while True:
-        error = errors.poll()
-        if not error:
-            break
-        found.append(error[1])
+    more()
     return {"errors": found, "joints": list(stat.joint_position[:6]), "pose": list(stat.position[:6])}
 
 
