@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from chipwise.clib import core, layout
-from support.feed_cases import CHIP, FALLBACK, HERE, NOTHING, ODD, POWER, TORQUE, given
+from support.feed_cases import CHIP, FALLBACK, HERE, NOTHING, ODD, POWER, TORQUE, given, limited
 from support.tooth_oracle import Limits
 
 MC, DEPTH = 0.25, 3.0
@@ -120,14 +120,6 @@ def test_without_limits_nothing_changes():
 
 
 # ---- the law ---------------------------------------------------------------------------------------------------------
-
-
-def limited(limits, loads=(), **more):
-    """Inputs of the law with tooth loads [(distance mm, 1/mm, chip_tooth_limit)]."""
-    values = limits.into(given(kind=2, requested=60.0, programmed=60.0, target=1e9, area=10.0, **more))
-    for i, (distance, load, limit) in enumerate(loads):
-        values.tooth_distance_mm[i], values.tooth_load_per_mm[i], values.tooth_limit[i] = distance, load, limit
-    return values
 
 
 def test_what_the_tracker_is_given():

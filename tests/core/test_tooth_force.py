@@ -7,7 +7,7 @@ import pytest
 
 from chipwise.clib import core, layout
 from chipwise.tool_data.bending import stiffness
-from support.feed_cases import FALLBACK, FORCE, ODD, given
+from support.feed_cases import FALLBACK, FORCE, ODD, limited
 from support.tooth_oracle import Limits
 
 MC, DEPTH = 0.25, 3.0
@@ -109,13 +109,6 @@ def test_without_a_limit_nothing_changes():
 
 
 # ---- the law ---------------------------------------------------------------------------------------------------------
-
-
-def limited(limits, loads=(), **more):
-    values = limits.into(given(kind=2, requested=60.0, programmed=60.0, target=1e9, area=10.0, **more))
-    for i, (distance, load, limit) in enumerate(loads):
-        values.tooth_distance_mm[i], values.tooth_load_per_mm[i], values.tooth_limit[i] = distance, load, limit
-    return values
 
 
 def test_what_the_tracker_is_given():

@@ -54,3 +54,11 @@ def hostile(random):
     if random.integers(4) == 0:
         case["last"] = ODD[random.integers(len(ODD))]
     return case
+
+
+def limited(limits, loads=(), **more):
+    """Inputs of the law with tooth loads [(distance mm, 1/mm, chip_tooth_limit)].  limits: a tooth_oracle.Limits."""
+    values = limits.into(given(kind=2, requested=60.0, programmed=60.0, target=1e9, area=10.0, **more))
+    for i, (distance, load, limit) in enumerate(loads):
+        values.tooth_distance_mm[i], values.tooth_load_per_mm[i], values.tooth_limit[i] = distance, load, limit
+    return values

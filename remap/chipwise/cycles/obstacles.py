@@ -70,7 +70,6 @@ class Obstacles:
             raise CycleError(f"{what} meets {clamp.name} at X{x} Y{y} Z{z}", "move the clamp or the cut, or use a higher R")
 
 
-
 class _Links:
     """Goes through the moves of a plan and puts other traverses in place of some."""
 

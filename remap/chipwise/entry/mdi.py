@@ -54,18 +54,17 @@ def read() -> State:
     if not any(map(is_near, named(*TASKS))):        # the status buffer outlives a crash
         raise CycleError("LinuxCNC is not running here", "start it, or leave --run out")
     import linuxcnc
+    return state_of(_polled(), linuxcnc)
+
+
+def _polled():
+    """The status of the LinuxCNC that runs here.  Raises CycleError if it does not answer."""
+    import linuxcnc
     status = linuxcnc.stat()
     try:
         status.poll()
     except (linuxcnc.error, SystemError) as error:      # 2.9 fails without a reason at the status of another user
         raise CycleError("LinuxCNC does not answer", "see whether it is starting or ending") from error
-    return state_of(status, linuxcnc)
-
-
-def _polled():
-    import linuxcnc
-    status = linuxcnc.stat()
-    status.poll()
     return status
 
 

@@ -28,7 +28,7 @@ def machine_here(ini, folder):
         mdi.read()
         runs = os.path.samefile(mdi.ini(), machine.ini)
         scene = mdi.scene() if runs else None
-    except (CycleError, OSError, ImportError, RuntimeError, SystemError):
+    except (CycleError, OSError, ImportError, RuntimeError):
         return machine
     except Exception as error:              # linuxcnc.error: it has just ended
         if type(error).__module__ != "linuxcnc":
