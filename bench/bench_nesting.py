@@ -17,18 +17,18 @@ from concurrent.futures import ProcessPoolExecutor
 from roots import ROOT  # noqa: F401  the path to chipwise
 from chipwise.cycles import pocket as cycle
 from rows import row
-from support.nesting_random import GAP, GOUGE_MM, REST_MM, SHARE, drawing, judge
+from support.nesting_random import GAP, GOUGE_MM, REST_MM, SHARE, drawing, judge_drawing
 from support.pocket_requests import request
 
 
 def judged(asked):
     """(seed, Verdict or the text of an error) of one drawing with one strategy."""
     seed, strategy = asked
-    chains, meant, _ = drawing(seed)
+    chains = drawing(seed)[0]
     radius, step = (1.5, 1.1) if strategy == 4 else (0.4, 0.5)
     given = request(chains, tool_radius=radius, step=step, bottom=-1.0, strategy=strategy, direction=20.0, close_gap=GAP)
     try:
-        return seed, judge(cycle.pocket_plan(given).moves, given, meant)
+        return seed, judge_drawing(cycle.pocket_plan(given).moves, given, seed)
     except Exception as error:                                              # any alarm is a finding
         return seed, repr(error)
 
@@ -41,7 +41,7 @@ def rows_of(strategy, first, count, pool):
         if isinstance(found, str):
             wrong = True
         else:
-            wrong = max(found[:2]) >= SHARE or found.gouge >= GOUGE_MM or found.rest >= REST_MM
+            wrong = not found.right
             worst = [max(pair) for pair in zip(worst, found)]
         if wrong:
             faults += 1

@@ -4,6 +4,7 @@
 drawing(seed)   chains of parts: loops nested up to four deep in any order, direction and start; some drawn twice, some joined
                 by G1, some that begin in one place, some with spikes; and the even-odd region of what was meant
 judge(moves, ..) what the tool sweeps against that region, over the whole area: areas, deepest gouge, widest rest
+judge_drawing() the same of drawing(seed), with finer chords where they matter
 Each has been seen to fail: tests/geometry/test_nesting.py feeds sabotaged moves.  Lengths mm.
 """
 import math
@@ -18,6 +19,7 @@ from chipwise.geometry.base.contour import ArcElement, LineElement
 from support import hole_oracle as trace
 
 SAGITTA = 1e-4          # of chords for arcs
+FINE_SAGITTA = 1e-5     # where two arcs cross at a flat angle, chords move the crossing by ten times their sagitta: such a drawing is judged again
 GAP = 0.01              # that a chain may have, and length of a spike
 FINEST, FURTHEST = 1e-4, 1e3    # of the distances that are measured
 LEAST_AREA = 1e-9       # mm2: what is smaller is rounding of shapely
@@ -37,21 +39,22 @@ class _Line:
         return self.number
 
 
-def drawing(seed):
+def drawing(seed, sagitta=SAGITTA):
     """(chains of parts, shapely region to be cleared, number of pockets in it)."""
     rng = np.random.default_rng([seed, 45])
     loops, region, pockets = [], Polygon(), 0
     for k in range(int(rng.integers(1, 4))):
         found = _nest(rng, 40.0 * k, 0.0, 18.0, 0)
         loops += found
-        for points, _, depth in found:
+        for parts, depth in found:
+            points = loop_points(parts, sagitta)
             region, pockets = region.symmetric_difference(Polygon(points)), pockets + (depth % 2 == 0)
     rng.shuffle(loops)
-    return _chains(rng, [parts for _, parts, _ in loops]), region, pockets
+    return _chains(rng, [parts for parts, _ in loops]), region, pockets
 
 
 def _nest(rng, x, y, size, depth):
-    """[(points, parts, depth)] of a loop about a place that fits a circle of `size`, and of what lies in it."""
+    """[(parts, depth)] of a loop about a place that fits a circle of `size`, and of what lies in it."""
     kind = int(rng.integers(0, 3))
     if kind == 0:
         parts = [ArcElement((x + size, y), (x + size, y), (x, y), True, 0)]
@@ -64,7 +67,7 @@ def _nest(rng, x, y, size, depth):
         parts = [_side(rng, p, q, (x, y), kind == 2) for p, q in zip(points, points[1:] + points[:1])]
         if any(isinstance(part, ArcElement) for part in parts):
             inner *= 0.94
-    found = [(loop_points(parts), parts, depth)]
+    found = [(parts, depth)]
     if depth < 3:
         count = int(rng.integers(0, 3)) if depth else int(rng.integers(1, 3))
         each = inner * (0.82 if count == 1 else 0.4)
@@ -130,36 +133,36 @@ def _chains(rng, loops):
                        else LineElement(p.start, p.end, line.next()) for p in chain) for chain in chains)
 
 
-def loop_points(parts):
+def loop_points(parts, sagitta=SAGITTA):
     found = []
     for p in parts:
-        found += arc_points(p.start, p.end, p.centre, p.ccw) if isinstance(p, ArcElement) else [p.start]
+        found += arc_points(p.start, p.end, p.centre, p.ccw, sagitta) if isinstance(p, ArcElement) else [p.start]
     return found
 
 
-def arc_points(start, end, centre, ccw):
+def arc_points(start, end, centre, ccw, sagitta=SAGITTA):
     """Points on an arc without its end."""
     radius = math.dist(start, centre)
     a, b = (math.atan2(p[1] - centre[1], p[0] - centre[0]) for p in (start, end))
     turn = (b - a if ccw else a - b) % (2 * math.pi)
     turn = 2 * math.pi if math.dist(start, end) < 1e-9 else turn
-    count = max(4, math.ceil(turn / (2 * math.acos(1 - min(SAGITTA / radius, 1)))))
+    count = max(4, math.ceil(turn / (2 * math.acos(1 - min(sagitta / radius, 1)))))
     return [(centre[0] + radius * math.cos(a + (turn if ccw else -turn) * k / count),
              centre[1] + radius * math.sin(a + (turn if ccw else -turn) * k / count)) for k in range(count)]
 
 
-def quarter(radius):
+def quarter(radius, sagitta=SAGITTA):
     """Chords of a quarter of a circle."""
-    return math.ceil(0.25 * math.pi / math.acos(1.0 - min(SAGITTA / radius, 0.1)))
+    return math.ceil(0.25 * math.pi / math.acos(1.0 - min(sagitta / radius, 0.1)))
 
 
-def cut_pieces(moves, start, radius, floor):
+def cut_pieces(moves, start, radius, floor, sagitta=SAGITTA):
     """What the tool sweeps on each move at the floor."""
     found = []
     for e in trace.walk(moves, start):
         if e.kind != "rapid" and max(e.a[2], e.b[2]) < floor + 1e-6 and (e.kind == "arc" or math.dist(e.a[:2], e.b[:2]) > 0):
-            points = [*arc_points(e.a[:2], e.b[:2], e.centre, e.ccw), e.b[:2]] if e.kind == "arc" else [e.a[:2], e.b[:2]]
-            found.append(LineString(points).buffer(radius, quarter(radius)))
+            points = [*arc_points(e.a[:2], e.b[:2], e.centre, e.ccw, sagitta), e.b[:2]] if e.kind == "arc" else [e.a[:2], e.b[:2]]
+            found.append(LineString(points).buffer(radius, quarter(radius, sagitta)))
     return found
 
 
@@ -187,15 +190,26 @@ class Verdict(NamedTuple):
     gouge: float
     rest: float
 
+    @property
+    def right(self):
+        """Whether what is drawn is cut and nothing else."""
+        return max(self.left, self.beyond) < SHARE and self.gouge < GOUGE_MM and self.rest < REST_MM
 
-def judge(moves, request, region):
+
+def judge_drawing(moves, request, seed):
+    """Verdict on moves of drawing(seed); by finer chords where the usual ones find something."""
+    found = judge(moves, request, drawing(seed)[1])
+    return found if found.right else judge(moves, request, drawing(seed, FINE_SAGITTA)[1], FINE_SAGITTA)
+
+
+def judge(moves, request, region, sagitta=SAGITTA):
     """Verdict on moves; region: shapely, what was drawn to be cleared."""
     radius = request.tool_radius
-    pieces, near = cut_pieces(moves, request.start, radius, request.bottom), region.buffer(0.5 * GOUGE_MM, quarter(GOUGE_MM))
+    pieces, near = cut_pieces(moves, request.start, radius, request.bottom, sagitta), region.buffer(0.5 * GOUGE_MM, quarter(GOUGE_MM))
     right = prep(near)
     outside = unary_union([piece for piece in pieces if not right.contains(piece)])
     cut = united(pieces, near.union(outside))
-    reach = region.buffer(-radius, quarter(radius)).buffer(radius, quarter(radius))
+    reach = region.buffer(-radius, quarter(radius, sagitta)).buffer(radius, quarter(radius, sagitta))
     gouge = furthest(cut if outside.is_empty else outside, region)
     return Verdict(reach.difference(cut).area / reach.area, cut.difference(reach).area / reach.area, gouge, furthest(reach, cut))
 
