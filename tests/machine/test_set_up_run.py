@@ -81,26 +81,35 @@ def _moved(path):
     return at[np.append(True, np.abs(np.diff(at, axis=0)).max(axis=1) > 0)]
 
 
-PAUSED = PROGRAM.replace('G1 X40\n', 'G1 X10\nM0\nG1 X40\n')
-OWN = PROGRAM.replace('G0 X-10 Y10 Z5', 'M250 P-5 Q0 R-10 I40 J30 K10\nM251 Q30\nG0 X-10 Y10 Z5')
-TAPPED = PROGRAM.replace('M1\n', 'G0 Z5\nG98 G81 X0 Y25 Z-3 R1 F120\nG80\nG38.3 Z4 F100\nG93 G1 X5 F20\nG94 F600\n')
+def _with(before, after):
+    """PROGRAM with other lines in place of some that it has."""
+    assert before in PROGRAM
+    return PROGRAM.replace(before, after)
+
+
+PAUSED = _with('G1 X40\n', 'G1 X0\nM1\nG1 X10\nM0\nG1 X40\n')
+OWN = _with('G0 X-10 Y10 Z5', 'M250 P-5 Q0 R-10 I40 J30 K10\nM251 Q30\nG0 X-10 Y10 Z5')
+TAPPED = _with('(M1)\n', 'M1\nG0 Z5\nG98 G81 X0 Y25 Z-3 R1 F120\nG80\nG38.3 Z4 F100\nG93 G1 X5 F20\nG94 F600\n')
 
 
 def test_what_stops_and_what_wins(tmp_path):
-    """Opened in AUTO, where the first F switches adaptive feed on; M0 and single steps with it; the program's own M250 and M251 win; a cycle, a probe and G93 go through; a program that is changed while it runs."""
+    """Opened in AUTO, where the first F switches adaptive feed on; M0, M1 with the optional stop on, and single steps with it; the program's own M250 and M251 win;
+    a cycle, a probe, G93 and M1 with the optional stop off go through; a program that is changed while it runs."""
     paths = {name: with_job(tmp_path / f'{name}.ngc', text) for name, text in (('paused', PAUSED), ('own', OWN), ('tapped', TAPPED), ('changed', PAUSED))}
     changed = tmp_path / 'changed.ngc'
     answers = operate(tmp_path, [
-        ['open', paths['paused']], ['messages', f'paused.ngc: {SET_UP}'], ['program', 'true'], ['begin'], ['until', REMOVED, '>', 50], ['sleep', 10], ['pins', *PINS], ['step to end', 40], ['pins', *PINS],
+        ['open', paths['paused']], ['messages', f'paused.ngc: {SET_UP}'], ['program', 'true'], ['optional stop', True], ['begin'], ['until paused'], ['position'], ['pins', *PINS],
+        ['resume'], ['until paused'], ['position'], ['pins', *PINS], ['optional stop', False], ['step to end', 40], ['pins', *PINS],
         *opened(paths['own']), ['begin'], ['until', REMOVED, '>', 50], ['pins', *PINS, 'chipwise-command.0.mrr-target'], ['finish'], ['pins', *PINS, RATE],
         *opened(paths['tapped']), ['begin'], ['until', REMOVED, '>', 50], ['over', 0.5, VELOCITY, MODE], ['finish'], ['pins', *PINS, RATE],
         *opened(paths['changed']), ['begin'], ['until', REMOVED, '>', 50], ['program', 'sh', '-c', f'echo "(more)" >> {changed}'], ['sleep', 1.0], ['pins', *PINS],
         ['abort'], ['messages', 'was changed while it ran'], ['sleep', 3.0], ['pins', *PINS], ['messages', 'confirm it again']], speed=2, timeout=150)
-    paused, steps, end = answers[6:9]
-    assert paused[2:4] == ['TRUE', '2'] and steps >= 3 and end[2:4] == ['FALSE', '0']
-    own, errors, own_end = answers[14:17]
+    (optional, at_m1, _, _, m0, at_m0, _, steps, end), answers = answers[6:15], answers[15:]
+    assert optional == pytest.approx([0, 10, -2]) and m0 == pytest.approx([10, 10, -2]) and steps >= 3 and end[2:4] == ['FALSE', '0']
+    assert all(held[2:4] == ['TRUE', '2'] for held in (at_m1, at_m0)) and 50 < float(at_m1[1]) < float(at_m0[1])
+    own, errors, own_end = answers[5:8]
     assert own[2:4] == ['FALSE', '1'] and float(own[5]) == 30000.0 and errors == [] and float(own_end[5]) > 1.5 * TARGET
-    over, errors, tapped_end = answers[22:25]
+    over, errors, tapped_end = answers[13:16]
     assert over[1] == [2, 2] and over[0][1] <= F_VEL + 1e-6 and errors == [] and float(tapped_end[5]) <= 1.02 * TARGET
     now, _, said, _, later, again = answers[-6:]
     assert now[2:] == ['FALSE', '0', 'FALSE'] and any('was changed while it ran' in text for text in said)

@@ -79,6 +79,13 @@ class ProgramSteps:
         self.machine.command.auto(linuxcnc.AUTO_PAUSE)
         self.machine.wait('pause', lambda s: s.paused and s.current_vel < 1e-9)
 
+    def until_paused(self):
+        self.machine.wait('a pause of the program', lambda s: s.interp_state == linuxcnc.INTERP_PAUSED and s.current_vel < 1e-9, WAIT_S)
+
+    def optional_stop(self, stops):
+        self.machine.command.set_optional_stop(stops)
+        self.machine.wait('optional stop', lambda s: s.optional_stop == stops)
+
     def resume(self):
         self.machine.command.auto(linuxcnc.AUTO_RESUME)
         self.machine.wait('resume', lambda s: not s.paused)

@@ -40,6 +40,8 @@
     ["start", program text]         open and run a program; goes on at once
     ["until", pin, ">", "<" or "=", number]   wait until a pin has got to a value since the last step but these; answer: its value
     ["pause"], ["resume"], ["reverse"], ["forward"], ["abort"], ["estop"], ["off"], ["on"]   as the buttons do; pause waits for standstill
+    ["until paused"]                wait until the program has stopped for M0 or M1
+    ["optional stop", on]           whether M1 stops: the button of a screen
     ["step to end"]                 answer: how many single steps that took
     ["finish"]                      wait for the end of the program; answer: the operator errors since the last answer
     ["over", seconds, pin, ...]     answer: [lowest, highest] of each pin in that time, from the "until" before on
