@@ -9,9 +9,7 @@
 #define CHIP_LOAD_SLOW_S 0.4
 #define CHIP_LOAD_NOISE_S 2.0 /* over which the noise is averaged */
 #define CHIP_LOAD_BLOCK_S 0.05
-#define CHIP_LOAD_BEND 9.0       /* times the mean square, at most, that a block counts */
-#define CHIP_LOAD_LEAST_LAG 0.03 /* s */
-#define CHIP_LOAD_LAG_STEP 1.6
+#define CHIP_LOAD_BEND 9.0    /* times the mean square, at most, that a block counts */
 #define CHIP_LOAD_STANDS 1e-3 /* 1/s, a slower spindle stands */
 #define CHIP_LOAD_SAME_SPEED 0.02
 #define CHIP_LOAD_AIR_MM2 0.01
@@ -23,13 +21,6 @@
 #define CHIP_LOAD_INNOVATION 0.3 /* of it, at most, that a sample of air counts */
 #define CHIP_LOAD_CREEP 0.02     /* the same of a load in air */
 #define CHIP_LOAD_LONG_S 1e6     /* times are not counted any further */
-
-double chip_load_lag(int k)
-{
-    double lag = CHIP_LOAD_LEAST_LAG;
-    for (; k > 0; k--) lag *= CHIP_LOAD_LAG_STEP;
-    return lag;
-}
 
 /* [2] Whether the sample can be used. */
 static int good_sample(const struct chip_load_in *in)

@@ -3,12 +3,21 @@
 #include "chip_math.h"
 #include "spindle_load.h"
 
+#define CHIP_LOAD_LEAST_LAG 0.03 /* s */
+#define CHIP_LOAD_LAG_STEP 1.6
 #define CHIP_TEACH_OUT_S 1.0  /* in air, then the cut is over */
 #define CHIP_TEACH_LOAD 0.2   /* of the idle power: a weaker cut gives no factor */
 #define CHIP_TEACH_LATE 0.01  /* of the power of the cut: later than this the delays have no more to say */
 #define CHIP_TEACH_LEAST 0.02 /* a factor outside of this and the next is of something else */
 #define CHIP_TEACH_MOST 50.0
 #define CHIP_TEACH_UNKNOWN 5 /* number of the delay that counts as found before one is */
+
+double chip_load_lag(int k)
+{
+    double lag = CHIP_LOAD_LEAST_LAG;
+    for (; k > 0; k--) lag *= CHIP_LOAD_LAG_STEP;
+    return lag;
+}
 
 /* The delay that explains the load best, and its factor. */
 static double best_factor(struct chip_spindle_load *load)

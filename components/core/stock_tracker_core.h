@@ -8,6 +8,7 @@
 #include "core/tool.c"
 #include "core/cell.c"
 #include "core/stock.c"
+#include "core/sweep_curved.c"
 #include "core/sweep_level.c"
 #include "core/sweep_lowest.c"
 #include "core/sweep_row.c"

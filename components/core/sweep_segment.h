@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* sweep_segment.h - one segment of a sweep, and its rows.
  *
- * Internal: sweep.c makes the segments of a path, sweep_row.c cuts their rows, sweep_level.c most cells of a round end, and
- * sweep_lowest.c says how high a segment leaves a point. The numbers in brackets are those of the
+ * Internal: sweep.c makes the segments of a path, sweep_row.c cuts their rows, sweep_level.c most cells of a round end, both by
+ * sweep_curved.c, and sweep_lowest.c says how high a segment leaves a point. The numbers in brackets are those of the
  * principle in sweep.h. */
 #ifndef CHIPWISE_SWEEP_SEGMENT_H
 #define CHIPWISE_SWEEP_SEGMENT_H
@@ -43,6 +43,7 @@ struct chip_span {
 
 #define CHIP_WORK_ROW 35      /* work of a row, in cells of a flat end: about a dozen instructions each [2] */
 #define CHIP_WORK_CURVED 14   /* work of a cell below an end that is not flat [2] */
+#define CHIP_WORK_EDGE 20     /* of a cell on the outline [2] */
 #define CHIP_GAUSS_REACH 0.41 /* cells from a cell's middle to the points it is read at */
 #define CHIP_GAUSS_STEP 0.28867513459481287 /* of it in X and in Y: 1 / (2 sqrt 3) */
 

@@ -4,7 +4,6 @@
 #include "tracer.h"
 #include "tracer_law.h"
 #include "tracer_sensor.h"
-#include "tracer_state.h"
 
 #define CHIP_TRACER_FALL 0.3        /* of eps0: noise, stick and slip in a period */
 #define CHIP_TRACER_FALL_TRAVEL 2.0 /* of the head's travel in the period: a hollow model can turn it into more */
@@ -33,6 +32,16 @@ static double size_of(const double v[3]) { return chip_sqrt(inner(v, v)); }
 static int in_contact(const struct chip_tracer *tracer)
 {
     return tracer->state == CHIP_TRACER_TRACE || tracer->state == CHIP_TRACER_PICK;
+}
+
+const double *chip_tracer_late(const struct chip_tracer *tracer, double period_s)
+{
+    double sensor_s = tracer->settings.dead_time_s - tracer->settings.drive_time_s;
+    int late = (int)chip_min(sensor_s / period_s + 0.5, CHIP_TRACER_DELAY - 1);
+    CHIP_FAULT(DRIVE_AS_SENSOR, late = (int)(tracer->settings.dead_time_s / period_s + 0.5));
+    if (late > tracer->stored - 1) late = tracer->stored - 1;
+    CHIP_FAULT(POSITION_NOT_LATE, late = 0);
+    return tracer->position_mm[(tracer->newest + CHIP_TRACER_DELAY - late) % CHIP_TRACER_DELAY];
 }
 
 int chip_tracer_fell(const struct chip_tracer *tracer, const double e[3], const double before[3], double period_s)

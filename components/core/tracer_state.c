@@ -171,16 +171,6 @@ static double end_of_trace(struct chip_tracer *tracer, const struct chip_tracer_
     return window_feed(tracer, in, tangent, 1, most, ended);
 }
 
-const double *chip_tracer_late(const struct chip_tracer *tracer, double period_s)
-{
-    double sensor_s = tracer->settings.dead_time_s - tracer->settings.drive_time_s;
-    int late = (int)chip_min(sensor_s / period_s + 0.5, CHIP_TRACER_DELAY - 1);
-    CHIP_FAULT(DRIVE_AS_SENSOR, late = (int)(tracer->settings.dead_time_s / period_s + 0.5));
-    if (late > tracer->stored - 1) late = tracer->stored - 1;
-    CHIP_FAULT(POSITION_NOT_LATE, late = 0);
-    return tracer->position_mm[(tracer->newest + CHIP_TRACER_DELAY - late) % CHIP_TRACER_DELAY];
-}
-
 /* Share of its velocity that every movement has. */
 static double share_of(const struct chip_tracer_in *in)
 {

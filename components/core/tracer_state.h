@@ -5,15 +5,11 @@
 
 #include "tracer.h"
 
-#define CHIP_TRACER_CONTACT 0.1   /* share of eps0 below which there is no contact */
 #define CHIP_TRACER_LANDED 0.5    /* share of eps0 from which the approach has ended */
 #define CHIP_TRACER_END_GAIN 30.0 /* 1/s: how a velocity falls towards the end of a line */
 
 /* From IDLE: the approach, wherever the head is. */
 void chip_tracer_begin(struct chip_tracer *tracer, const struct chip_tracer_in *in);
-
-/* Position of the head when the deflection of now was measured, mm. */
-const double *chip_tracer_late(const struct chip_tracer *tracer, double period_s);
 
 /* One period of the state: the velocity it asks for, and what limits it; -> a fault (chip_tracer_fault) or 0. */
 int chip_tracer_run(struct chip_tracer *tracer, const struct chip_tracer_in *in, double eps, double period_s,

@@ -39,14 +39,6 @@ static int read_tip(const struct chip_tracker *tracker, const struct chip_tracke
     return step2 > most * most ? CHIP_FAULT_JUMP : CHIP_FAULT_NONE;
 }
 
-int chip_tracker_offset_changed(const struct chip_tracker *tracker, const struct chip_tracker_in *in)
-{
-    int i;
-    for (i = 0; i < 3; i++)
-        if (!(in->tool_offset_mu[i] == tracker->offset_mu[i])) return 1;
-    return 0;
-}
-
 /* [1] Another tool offset: the tip is elsewhere without having travelled there. The axes' motion in this period
  * belongs to the offset before; everything after begins at the new tip. */
 static void change_offset(struct chip_tracker *tracker, const struct chip_tracker_in *in, const double tip[3])

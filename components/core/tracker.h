@@ -191,7 +191,13 @@ double chip_tracker_horizon(const struct chip_tracker *tracker, const struct chi
                             const struct chip_tracker_in *in);
 
 /* Whether the tool offset differs from the last period's: the path read so far is void. */
-int chip_tracker_offset_changed(const struct chip_tracker *tracker, const struct chip_tracker_in *in);
+static inline int chip_tracker_offset_changed(const struct chip_tracker *tracker, const struct chip_tracker_in *in)
+{
+    int i;
+    for (i = 0; i < 3; i++)
+        if (!(in->tool_offset_mu[i] == tracker->offset_mu[i])) return 1;
+    return 0;
+}
 
 /* One period. `stock` is a block made by chip_stock_init; tracker->path follows the planner already. */
 void chip_tracker_step(struct chip_tracker *tracker, struct chip_stock *stock, const struct chip_tracker_in *in,

@@ -12,42 +12,6 @@
 
 /* ---- memory ---------------------------------------------------------------------------------------------------- */
 
-void chip_depth_put(struct chip_proof *p, int32_t *head, int32_t move, double low)
-{
-    struct pool *pool = &p->pool;
-    int32_t own = chip_depth_free_node(p);
-    if (own == NOTHING) {
-        if (pool->count == pool->size) {
-            int32_t size = pool->size < INT32_MAX / 2 ? pool->size + pool->size / 4 : pool->size;
-            struct node *bigger = size > pool->size ? realloc(pool->node, sizeof *bigger * (size_t)size) : 0;
-            if (!bigger) {
-                p->failed = 1;
-                return;
-            }
-            pool->node = bigger;
-            pool->size = size;
-        }
-        own = pool->count++;
-    }
-    pool->node[own] = (struct node){ move, *head, (float)low };
-    *head = own;
-}
-
-int chip_depth_cells_make(struct cells *cells, size_t n)
-{
-    cells->high = malloc(sizeof *cells->high * n);
-    cells->partial = malloc(sizeof *cells->partial * n);
-    cells->axes = malloc(sizeof *cells->axes * n);
-    return cells->high && cells->partial && cells->axes;
-}
-
-void chip_depth_cells_free(struct cells *cells)
-{
-    free(cells->high);
-    free(cells->partial);
-    free(cells->axes);
-}
-
 static int list_for(struct chip_proof *p, long count)
 {
     long size = count * LEVELS;

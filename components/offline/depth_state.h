@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* depth_state.h - what the files of depth_proof.h share while they prove one program.
  *
- * Who calls it: depth_proof.c, depth_squares.c, depth_beside.c, depth_undo.c, depth_settled.c.
+ * Who calls it: depth_proof.c; below it depth_squares.c, depth_settled.c; below both depth_beside.c, depth_undo.c and depth_ground.c.
  */
 #ifndef CHIPWISE_DEPTH_STATE_H
 #define CHIPWISE_DEPTH_STATE_H
@@ -136,11 +136,14 @@ static inline int32_t index_of(double v, double from, double cell, int32_t count
 int chip_depth_cells_make(struct cells *cells, size_t n);
 void chip_depth_cells_free(struct cells *cells);
 
-/* Keeps the cells of a row before they change. */
-void chip_depth_keep_row(struct chip_proof *p, int32_t row);
-
 /* A free node, NOTHING without one. */
 int32_t chip_depth_free_node(struct chip_proof *p);
+
+/* Puts a move into the chain of a cell. */
+void chip_depth_put(struct chip_proof *p, int32_t *head, int32_t move, double low);
+
+/* Keeps the cells of a row before they change. */
+void chip_depth_keep_row(struct chip_proof *p, int32_t row);
 
 /* Takes the moves out of a cell's chain that cut nothing below `high`, but those from before the mark. */
 void chip_depth_prune(struct chip_proof *p, int32_t *head, float high);
@@ -154,9 +157,6 @@ static inline float chip_depth_kept_below(const struct chip_proof *p, long cell)
     float high = p->cells.high[cell];
     return p->settled && high <= p->settled[cell] ? (float)-CHIP_SWEPT_NEVER : high;
 }
-
-/* Puts a move into the chain of a cell. */
-void chip_depth_put(struct chip_proof *p, int32_t *head, int32_t move, double low);
 
 /* Whether the judged move from share `first` to `last` runs beside earlier moves that have cut what it meets [3]. */
 int chip_depth_is_beside(struct chip_proof *p, const struct judged *m, double first, double last);

@@ -49,29 +49,6 @@ void chip_depth_keep_row(struct chip_proof *p, int32_t row)
     b->kept[b->rows++] = row;
 }
 
-/* Notes that a node from before the mark is in use; 0 without memory. */
-static int note(struct before *b, int32_t node)
-{
-    if (b->taken_count == b->taken_size) {
-        int32_t size = b->taken_size + b->taken_size / 2 + 1024;
-        int32_t *bigger = realloc(b->taken, sizeof *bigger * (size_t)size);
-        if (!bigger) return 0;
-        b->taken = bigger;
-        b->taken_size = size;
-    }
-    b->taken[b->taken_count++] = node;
-    return 1;
-}
-
-int32_t chip_depth_free_node(struct chip_proof *p)
-{
-    struct pool *pool = &p->pool;
-    int32_t *head = pool->recycled != NOTHING ? &pool->recycled : &pool->free, own = *head;
-    if (own == NOTHING || (p->before.is_set && head == &pool->free && !note(&p->before, own))) return NOTHING;
-    *head = pool->node[own].next;
-    return own;
-}
-
 void chip_depth_prune(struct chip_proof *p, int32_t *head, float high)
 {
     struct pool *pool = &p->pool;

@@ -42,7 +42,8 @@ def test_instructions_of_a_period(name):
 
 def test_no_division_of_integers():
     """An integer division takes as long as twenty other instructions: places in the rings of the look-ahead need none."""
-    objects = [os.path.join(runner.ROOT, 'build', 'core', f'{name}.o') for name in ('load_bound', 'load_profile', 'lookahead', 'path', 'sweep_level', 'sweep_lowest', 'sweep_row')]
+    objects = [os.path.join(runner.ROOT, 'build', 'core', f'{name}.o') for name in ('load_bound', 'load_profile', 'lookahead', 'path', 'sweep_curved', 'sweep_level',
+                                                                               'sweep_lowest', 'sweep_row')]
     found = subprocess.run(['objdump', '-d', '--no-show-raw-insn', *objects], text=True, capture_output=True, check=True).stdout
     assert '<chip_load_complete>' in found
     assert not [line for line in found.splitlines() if '\tidiv' in line or '\tdiv ' in line or '\tdivl' in line or '\tdivq' in line]

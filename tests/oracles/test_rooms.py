@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The rooms of remap/chipwise: none imports one that imports it, by however many others, and none but a few modules stand outside of all."""
 import ast
-import graphlib
 
 import pytest
 
 from support import ROOT
+from support.circles import circle
 
 PACKAGE = ROOT / "remap" / "chipwise"
 LOOSE = {"codes", "errors", "gcode_lines", "ini", "moves", "order", "rates", "report", "settings"}      # the vocabulary of all rooms
@@ -40,15 +40,6 @@ def rooms(sources):
         others = {one.partition(".")[0] for one in imported(ast.parse(text), sources)} - {room, ""}
         graph.setdefault(room, set()).update(others if name else ())
     return graph
-
-
-def circle(graph):
-    """Rooms that import each other in a ring, [] if there are none."""
-    try:
-        graphlib.TopologicalSorter(graph).prepare()
-    except graphlib.CycleError as error:
-        return error.args[1]
-    return []
 
 
 def all_sources():

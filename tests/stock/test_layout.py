@@ -67,7 +67,7 @@ def test_the_committed_files_are_those_of_the_headers():
 
 
 @pytest.mark.parametrize("header, text, other", [
-    ("stock.h", "#define CHIP_FULL 65535", "#define CHIP_FULL 65534"),
+    ("cell.h", "#define CHIP_FULL 65535", "#define CHIP_FULL 65534"),
     ("tracker.h", "CHIP_FAULT_JUMP = 21,", "CHIP_FAULT_JUMP = 24,"),
     ("path.h", "int first, count;", "int first; long count;")])
 def test_a_stale_file_is_seen(tmp_path, header, text, other):
