@@ -30,8 +30,7 @@ EDGE = """const v = chipwise.view, c = document.createElement('canvas'), m = v.m
     })"""
 BAND = """const c = document.getElementById('chart'), w = chipwise;
     const rows = arguments[0].map(([s, rate, target]) => [s, rate, target, 1]);
-    drawChart(c, rows, (v) => v / 1000, (name) => getComputedStyle(document.documentElement).getPropertyValue('--' + name).trim(),
-              {rate: w.t('Removal rate'), limit: w.t('Target'), override: w.t('Override')});
+    drawChart(c, rows, w.loads.chart(null, (v) => v / 1000), (name) => getComputedStyle(document.documentElement).getPropertyValue('--' + name).trim());
     return Array.from(c.getContext('2d').getImageData(0, 0, c.width, Math.round(20 * devicePixelRatio)).data)"""
 
 
@@ -66,16 +65,49 @@ def reached(driver, name, words):
     panel_browser.wait(driver, f"document.getElementById('{name}').textContent.includes('{words}')", words)
 
 
+def gauge(driver):
+    """[what the gauge shows, the value of the mark, its words]."""
+    return driver.execute_script("const [value, marks, unit, words] = chipwise.loads.gauge(chipwise.state, (v) => v); return [value, marks.target, words]")
+
+
+def curves(driver):
+    """Value, mark and share of the newest row of the chart, and its names."""
+    return driver.execute_script("const p = chipwise.loads.chart(chipwise.state, (v) => v), r = chipwise.rows[chipwise.rows.length - 1];"
+                                 "return [p.value(r), p.mark(r), p.share(r), p.names.value, p.names.share]")
+
+
 def test_the_nearest_limit_is_shown(driver, rig):
-    """The gauge has the share of it, the figures those of all; without a limit of the tooth the rate as ever."""
+    """The gauge has the share of it, the chart too, the figures those of all; without a limit of the tooth the rate as ever."""
     opened(driver, rig)
     reached(driver, "share", "-")
     rate = driver.execute_script("return document.getElementById('gauge').toDataURL()")
+    assert driver.find_element("id", "gauge-next").get_attribute("title") == "No other limit is known"
     rig.machine.values.update(target=6000.0, mrr=4500.0, chip=0.024, max_chip=0.03)
-    rig.looks()
-    reached(driver, "share", "largest chip 80 %, Removal rate 75 %")
-    assert driver.execute_script("return gaugeOf(chipwise.state, (v) => v, (n) => n)") == [80, {"target": 100, "lower": 0}, {}, "% chip"]
+    reached(driver, "share", "largest chip 80 %, Removal rate 75 %".replace(" ", "\u00a0").replace(",\u00a0", ", "))
+    assert gauge(driver) == [80, 100, "% largest chip"] and curves(driver) == [4500, 6000, 0.8, "Removal rate", "Share of the limit"]
     assert driver.execute_script("return document.getElementById('gauge').toDataURL()") != rate
+
+
+@pytest.mark.parametrize("language", ["de", "en"])
+def test_a_press_shows_another_limit(driver, rig, language):
+    """From the nearest one over each that has a bound to the power that is measured, and round; gone, its place is the nearest one's."""
+    rig.machine.values.update(target=6000.0, mrr=4500.0, chip=0.024, max_chip=0.03, power=400.0, max_power=500.0, force=30.0, max_force=100.0,
+                              spindle_load=0.4, spindle_load_scale=2000.0, load_idle=300.0, load_ratio=1.26, load_factor=1.31)
+    opened(driver, rig, f"?lang={language}")
+    reached(driver, "measured", "500 W, 96 %")
+    assert text(driver, "predicted") == "400 W"
+    inside, needed = driver.execute_script("const e = document.getElementById('load'); return [e.clientWidth, e.scrollWidth]")
+    assert needed <= inside
+    words = {"en": ["Removal rate", "largest chip", "spindle power", "bending of the tool"], "de": ["Zeitspanvolumen", "größter Span", "Spindelleistung", "Durchbiegung des Werkzeugs"]}[language]
+    for share, name in zip([0.75, 0.8, 0.8, 0.3], words):
+        driver.find_element("id", "gauge-next").click()
+        assert gauge(driver) == [pytest.approx(100 * share), 100, "% " + name]
+        assert curves(driver)[2] == share and curves(driver)[4].endswith(", " + name)
+    driver.find_element("id", "gauge-next").click()
+    assert gauge(driver) == [500, 400, "W measured" if language == "en" else "W gemessen"] and curves(driver)[:3] == [500, 400, 0]
+    rig.machine.values["load_idle"] = 0.0
+    panel_browser.wait(driver, "document.getElementById('measured').hidden", "no power that is measured")
+    assert gauge(driver)[2] == "% " + words[1]
 
 
 @pytest.mark.parametrize("cell, high", [(0.25, (60.0, 40.0, 0.0)), (0.1, (60.0, 40.0, 0.0))], ids=["every cell", "thinned"])
@@ -126,7 +158,7 @@ def test_an_assumed_stock_is_marked(driver, rig, language, words, part):
     rig.machine.tasks["running"] = True
     reached(driver, "air", "31 %")
     assert driver.execute_script(shown) == [True, True] and text(driver, "assumed").startswith(words) and text(driver, "new-part") == part
-    assert driver.execute_script(star) == ["rate", "share", "area", "ahead", "depth", "tool", "peak", "mean", "air", "removed"]
+    assert driver.execute_script(star) == ["rate", "share", "predicted", "area", "ahead", "depth", "tool", "peak", "mean", "air", "removed"]
     inside, needed = driver.execute_script("const e = document.getElementById('load'); return [e.clientWidth, e.scrollWidth]")
     assert needed <= inside
     driver.find_element("id", "new-part").click()
@@ -195,12 +227,15 @@ def test_the_alarm_of_a_move_of_mdi(driver, rig):
 
 
 def reason(driver, name, where):
-    """Press a button that cannot be pressed; -> its hint, the words that appear."""
-    driver.execute_script("document.getElementById(arguments[0]).textContent = ''", where)
+    """Press a button that cannot be pressed; -> its hint, the words that appear.  An answer about a line, late on a busy computer, may take their place: once more."""
     button = driver.find_element("id", name)
     panel_browser.wait(driver, f"document.getElementById('{name}').hasAttribute('aria-disabled')", name)
     assert button.get_attribute("aria-disabled") == "true"
-    button.click()
+    for _ in range(3):
+        driver.execute_script("document.getElementById(arguments[0]).textContent = ''", where)
+        button.click()
+        if text(driver, where) == button.get_attribute("title"):
+            break
     return button.get_attribute("title"), text(driver, where)
 
 

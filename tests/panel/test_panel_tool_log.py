@@ -38,6 +38,7 @@ def ended(path, *looks, program="part.ngc"):
     return log
 
 
+NO_LIMITS = {name: "" for name in (*tool_log.SHARES, *tool_log.WATTS)}
 ONE = ((0.1, {}), (0.1, {"removed": 6.0}))         # 6 mm3 in 0.1 s
 
 
@@ -54,9 +55,21 @@ def test_two_tools():
     looks += [(0.1, {"tool": 5.0, "removed": removed, "guard_reason": 1.0})] * 5
     first, second = run_of(*looks).tools.rows()
     assert first == {"tool": 3, "diameter_mm": 6.0, "reference_cm3_min": 6.0, "mean_cm3_min": 6.0, "peak_cm3_min": 6.099,
-                     "cutting_s": 10.0, "removed_cm3": 1.0, "slowed_s": 4.0, "over_s": 0.0, "limited_by": "ceiling", "stops": 0}
+                     "cutting_s": 10.0, "removed_cm3": 1.0, "slowed_s": 4.0, "over_s": 0.0, "limited_by": "ceiling", "stops": 0, **NO_LIMITS}
     assert second == {"tool": 5, "diameter_mm": 2.0, "reference_cm3_min": 2.0, "mean_cm3_min": 1.8, "peak_cm3_min": 2.3,
-                      "cutting_s": 1.0, "removed_cm3": 0.03, "slowed_s": 0.0, "over_s": 0.5, "limited_by": "nothing", "stops": 1}
+                      "cutting_s": 1.0, "removed_cm3": 0.03, "slowed_s": 0.0, "over_s": 0.5, "limited_by": "nothing", "stops": 1, **NO_LIMITS}
+
+
+def test_limits_and_power():
+    """The largest share of each bound and the mean powers, while it cuts; the sensor's idle power is known from the third look on."""
+    cut = {"power": 200.0, "max_power": 500.0, "max_chip": 0.05, "max_force": 100.0, "spindle_load": 0.3, "spindle_load_scale": 2000.0}
+    looks = [(0.1, {})]
+    for k, (chip, force) in enumerate([(0.02, 10.0), (0.049, 20.0), (0.03, 30.0), (0.03, 5.0)]):
+        looks.append((0.1, {**cut, "removed": 6.0 * (k + 1), "mrr": 3600.0, "chip": chip, "force": force, "load_idle": 400.0 if k > 1 else 0.0}))
+    looks.append((0.1, {**cut, "removed": 24.0, "motion_type": 1.0, "chip": 9.0, "load_idle": 10.0}))         # a traverse
+    log = run_of(*looks)
+    for row in (log.tools.rows()[0], log.shown()["operations"][0]):
+        assert [row[name] for name in (*tool_log.SHARES, *tool_log.WATTS)] == [98.0, 40.0, "", 30.0, 200.0, 200.0]
 
 
 def test_another_stock_in_the_run_removes_nothing():
@@ -96,6 +109,13 @@ def test_a_long_file_is_kept_and_a_new_one_begins(tmp_path, monkeypatch):
         ended(path, *ONE)
     for name in ("load.csv", "load_operations.csv"):
         assert 0 < len(table(tmp_path / name)) < 20 and len(table(tmp_path / (name + ".old"))) > 1
+
+
+def test_a_file_of_an_older_chipwise_is_kept_under_another_name(tmp_path):
+    path, older = tmp_path / "load.csv", ",".join(name for name in tool_log.COLUMNS if name not in (*tool_log.SHARES, *tool_log.WATTS)) + "\r\n1\r\n"
+    path.write_text(older, newline="")
+    log = ended(path, *ONE)
+    assert log.error == "" and (tmp_path / "load.csv.before").read_bytes() == older.encode() and len(table(path)) == 1
 
 
 @pytest.mark.parametrize("content", [b"a,b\r\n1,2\r\n", b"start,program\r\n", b"\x00" * 9000, b"x", "Größe;1\n".encode("latin-1")])

@@ -250,14 +250,40 @@ def test_the_history_has_an_end():
 
 
 def test_the_share_of_each_limit(seen):
-    """Only if a limit of the tooth has a bound; one below 0 does not count. A page that is opened later has the nearest one too."""
+    """Only if a limit of the tooth has a bound; one below 0 does not count. A page that is opened later has them, too."""
     found, watching, look = seen
     found.values.update(mrr=4500.0, target=6000.0)
     look()
-    assert json.loads(watching.text)["loads"] == {} and watching.recent()[-1][4] == 0.0
+    assert json.loads(watching.text)["loads"] == {} == watching.recent()[-1][4]
     found.values.update(chip=0.024, max_chip=0.03, power=300.0, max_power=600.0, torque=0.4, max_torque=0.0)
     look()
-    assert json.loads(watching.text)["loads"] == {"chip": 0.8, "power": 0.5, "rate": 0.75} and watching.recent()[-1][4] == 0.8
-    found.values.update(target=0.0, max_power=-1.0)
+    assert json.loads(watching.text)["loads"] == {"chip": 0.8, "power": 0.5, "rate": 0.75} == watching.recent()[-1][4]
+    found.values.update(target=0.0, max_power=-1.0, force=30.0, max_force=40.0)
     look()
-    assert json.loads(watching.text)["loads"] == {"chip": 0.8}
+    assert json.loads(watching.text)["loads"] == {"chip": 0.8, "force": 0.75}
+
+
+@pytest.mark.parametrize("values, power", [
+    ({}, None), ({"power": 300.0}, [300.0, None, 0.0, 0.0]), ({"max_power": 600.0}, [0.0, None, 0.0, 0.0]),
+    ({"power": 300.0, "spindle_load": 0.4, "spindle_load_scale": 2000.0}, [300.0, None, 0.0, 0.0]),          # idle power is not known yet
+    ({"power": 300.0, "spindle_load": 0.4, "spindle_load_scale": 2000.0, "load_idle": 350.0, "load_ratio": 1.5, "load_factor": 1.2}, [300.0, 450.0, 1.5, 1.2]),
+    ({"spindle_load": 340.0, "spindle_load_scale": 1.0, "load_idle": 350.0}, [0.0, 0.0, 0.0, 0.0]),           # noise: never below 0
+    ({"spindle_load": -1.0, "spindle_load_scale": 1.0, "load_idle": 350.0}, None)])
+def test_the_power_that_is_measured(seen, values, power):
+    found, watching, look = seen
+    found.values.update(values)
+    look()
+    shown = json.loads(watching.text)["power"]
+    assert (shown and list(shown.values())) == power
+    assert watching.recent()[-1][5:] == (tuple(power[:2]) if power else (0.0, None))
+
+
+def test_an_alarm_of_the_load_is_that_of_its_beginning():
+    alarms = Alarms()
+    alarms.step(pins(load_alarm=4.0, load_ratio=2.6, load_factor=1.3), False, 1.0)
+    alarms.step(pins(load_alarm=4.0, load_ratio=3.9, load_factor=1.3, line=61.0), False, 2.0)
+    entry, = alarms.entries
+    assert entry["what"] == "the spindle takes 2.0 times the load of this tool (line 60, tool 3): it is dull, or another tool or material"
+    assert entry["remedy"] == "press Stop and look at it" and (entry["line"], entry["active"]) == (60, True)
+    alarms.step(pins(load_alarm=1.0), False, 3.0, auto=False)
+    assert alarms.entries[1]["what"] == "the load of the spindle has fallen in stock (MDI, tool 3): the tool is broken" and not entry["active"]

@@ -6,6 +6,7 @@ there; after that it stays on the page until the operator clears it, and in the 
 """
 
 from chipwise.monitor.messages import FAULTS, clamp_text, guard_text, override_text
+from chipwise.monitor.spindle_load import LOAD_ALARMS
 from chipwise.clib.layout import Fault, GuardReason
 
 HISTORY = 200           # alarms that are kept
@@ -29,6 +30,14 @@ def guard_words(pins, inch, auto=True):
 
 ITEMS = {f"guard {GuardReason.RAPID_CONTACT}": "alarm_rapid", f"guard {GuardReason.CLAMP_CONTACT}": "alarm_rapid", f"guard {GuardReason.FLUTE_EXCESS}": "alarm_flute"}     # display items; else:
 OTHER = "alarm_fault"
+LOAD = "load "              # kinds of alarms of the measured load: line and ratio are those of its beginning
+
+
+def load_words(pins, auto=True):
+    """The sentence of chipwise-monitor for an alarm of the measured load."""
+    line = int(pins["line"]) if auto else 0
+    ratio = pins["load_ratio"] / pins["load_factor"] if pins["load_factor"] > 0 else 0.0
+    return LOAD_ALARMS[int(pins["load_alarm"])].format(where=f"{f'line {line}' if line > 0 else 'MDI'}, tool {int(pins['tool'])}", ratio=ratio)
 
 
 def causes(pins, inch, auto=True):
@@ -39,6 +48,8 @@ def causes(pins, inch, auto=True):
         found[f"guard {reason}"] = guard_words(pins, inch, auto)
     if reason == GuardReason.OVERRIDE_IGNORED or pins["override_ignored"]:
         found["override"] = override_text()
+    if int(pins["load_alarm"]) in LOAD_ALARMS:
+        found[f"{LOAD}{int(pins['load_alarm'])}"] = load_words(pins, auto)
     if code and (code not in NEEDED_IN_CUT or pins["mode"]):
         found[f"fault {code}"] = FAULTS.get(code, f"fault {code} of the stock tracker")
     return found
@@ -68,7 +79,7 @@ class Alarms:
                                               "line": 0 if not auto else int(pins["guard_line"] if kind.startswith("guard") else pins["line"]),
                                               "tool": int(pins["tool"]), "item": ITEMS.get(kind, OTHER)}
                 self.entries = [*self.entries, entry][-HISTORY:]
-            if entry["what"] != what:               # the depth of a flute excess grows while the tool stops
+            if not entry["what"] or entry["what"] != what and not kind.startswith(LOAD):               # the depth of a flute excess grows while the tool stops
                 entry.update(what=what, remedy=remedy)
                 changed = True
         return changed

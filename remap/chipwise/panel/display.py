@@ -98,17 +98,6 @@ class Run:
             yield f'set up it would take {format_minutes(self.set_up_s)}, not {format_minutes(self.at_f_s)}'
 
 
-TOOTH = ('chip', 'power', 'torque')         # limits of edges and spindle, by the names of panel/machine.py
-
-
-def loads(pins):
-    """{name: share of its bound} of the rate and the limits of edges and spindle that are known; {} where nothing but a rate is: that is shown as it is."""
-    found = {name: max(0.0, shown(pins[name])) / pins['max_' + name] for name in TOOTH if 0 < pins['max_' + name] < LARGEST}
-    if found and 0 < pins['target'] < LARGEST:
-        found['rate'] = max(0.0, shown(pins['mrr'])) / pins['target']
-    return {name: round(share, 3) for name, share in found.items()}
-
-
 def is_assumed(defined, certain):
     """Whether there is a stock that neither a program nor a person has confirmed (stock-tracker.N.certain)."""
     return bool(defined and not certain)

@@ -4,7 +4,7 @@
  1. Rows are added by one write at the end of the file.  What cannot be written whole is taken back; a line that a power cut has left
     without its end gets one.
  2. A file whose first line is not that of the log is somebody else's, and stays as it is.
- 3. Above MOST_BYTES the file is renamed to NAME.old and a new one begins.
+ 3. Above MOST_BYTES the file is renamed to NAME.old and a new one begins; one of an older chipwise, with fewer columns, to NAME.before.
  4. NAME.running holds what is not in the files yet, renewed while a program runs.  After a kill or a power cut the next server adds
     it to them.
 """
@@ -21,6 +21,7 @@ from chipwise.host.files import NoRegularFile, read_bytes, write_durable
 
 MOST_BYTES = 5_000_000
 MOST_RUNNING = 1 << 20      # bytes of NAME.running
+LEAST_COLUMNS = 10          # of a log: a file with fewer is somebody else's
 _FORMULA = re.compile(r"(^|[;\t]\s*)(?=[=+\-@\t\r])")
 
 
@@ -67,7 +68,9 @@ def append(path, columns, rows):
         found = os.stat(path)
         if not stat.S_ISREG(found.st_mode):
             raise NoRegularFile(path)
-        if found.st_size > MOST_BYTES:
+        if _is_older(path, columns):
+            os.replace(path, path + ".before")
+        elif found.st_size > MOST_BYTES:
             _check_head(path, columns)
             os.replace(path, path + ".old")
     handle = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_NONBLOCK | os.O_CLOEXEC, 0o644)
@@ -90,6 +93,13 @@ def _check_head(path, columns):
     with open(path, "rb") as file:
         if file.read(len(head)).split(b"\n")[0].rstrip(b"\r") != head.rstrip():
             raise OtherColumns(path)
+
+
+def _is_older(path, columns):
+    """Whether a file is a log with the columns of an older chipwise: some of ours are missing, the first and the last are there."""
+    with open(path, "rb") as file:
+        names = file.readline(len(_text(columns, [], head=True))).decode("utf-8", "replace").rstrip().split(",")
+    return len(names) > LEAST_COLUMNS and names != list(columns) and names == [name for name in columns if name in names] and names[-1] == columns[-1]
 
 
 def running_path(path):

@@ -19,11 +19,11 @@ from collections import deque
 
 from chipwise.host.files import read_bytes
 from chipwise.panel.display import LIMITS, MODES
-from chipwise.panel.tool_log import Use
+from chipwise.panel.tool_log import SHARES, WATTS, Use
 
 COLUMNS = ("start", "program", "operation", "code", "line", "last_line", "tool", "diameter_mm", "mode", "reference_cm3_min", "mean_cm3_min",
            "peak_cm3_min", "seconds", "cutting_s", "removed_cm3", *(f"{name}_s" for name in LIMITS[1:]), "over_s", "limited_by", "stops",
-           "complete")
+           *SHARES, *WATTS, "complete")
 CYCLES = (12, 13, 24, 26, 27, 75, 77, 78, 79)
 MOST_PROGRAM = 1 << 20      # bytes: a longer program is not read, and its cycles are not told apart
 SHOWN = 200                 # operations that a page can show

@@ -49,7 +49,7 @@ FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "page")
 SHARED = os.path.join(os.path.dirname(FOLDER), os.pardir, "drawing")
 FILES = {               # path: folder, file, type
     "/": (FOLDER, "panel.html", "text/html"), "/panel.css": (FOLDER, "panel.css", "text/css"),
-    "/panel.js": (FOLDER, "panel.js", "text/javascript"), "/chart.js": (FOLDER, "chart.js", "text/javascript"),
+    "/panel.js": (FOLDER, "panel.js", "text/javascript"), "/chart.js": (FOLDER, "chart.js", "text/javascript"), "/loads.js": (FOLDER, "loads.js", "text/javascript"),
     "/ahead.js": (FOLDER, "ahead.js", "text/javascript"),
     "/sections.js": (FOLDER, "sections.js", "text/javascript"), "/entry.js": (FOLDER, "entry.js", "text/javascript"), "/log.js": (FOLDER, "log.js", "text/javascript"),
     "/buttons.js": (FOLDER, "buttons.js", "text/javascript"),

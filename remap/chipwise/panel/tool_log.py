@@ -11,14 +11,23 @@ machine tools: reference, mean, peak, time, overload reaction.
 from dataclasses import dataclass
 
 from chipwise.panel.display import FEED_MOTION, LIMITS
+from chipwise.panel.limits import TOOTH, loads, power
 from chipwise.rates import MM3_PER_CM3
 from chipwise.clib.layout import LimitedBy
 
+SHARES = tuple(f"{name}_percent" for name in TOOTH)        # largest share of each bound; empty: no bound
+WATTS = ("predicted_w", "measured_w")                   # means while it cuts; empty: not known
 COLUMNS = ("start", "program", "tool", "diameter_mm", "reference_cm3_min", "mean_cm3_min", "peak_cm3_min", "cutting_s", "removed_cm3",
-           "slowed_s", "over_s", "limited_by", "stops", "complete")
+           "slowed_s", "over_s", "limited_by", "stops", *SHARES, *WATTS, "complete")
 SLOWED = (LimitedBy.STOCK_HERE, LimitedBy.STOCK_AHEAD)
 OVER = 1.1              # of the target: an overload
 MOST_TOOLS = 1000
+
+
+def watts_of(pins):
+    """Predicted and measured power, W; None: not known."""
+    found = power(pins)
+    return (found["predicted"] or None, found["measured"]) if found else (None, None)
 
 
 def mean(uses):
@@ -80,6 +89,8 @@ class Use:
         self.rate = 0.0         # that it was last seen to cut with
         self.limited_s = [0.0] * len(LIMITS)        # by LimitedBy
         self.stops = 0
+        self.shares = {}            # the largest of limits.loads()
+        self.watts = {name: (0.0, 0.0) for name in WATTS}       # Ws, and the s for which it was known
 
     def add(self, moment):
         pins = moment.pins
@@ -95,6 +106,16 @@ class Use:
             self.limited_s[limit] += moment.dt
         if pins["mode"] and 0 < OVER * pins["target"] < pins["mrr"]:
             self.over_s += moment.dt
+        self.add_limits(moment)
+
+    def add_limits(self, moment):
+        """The largest share of each bound, and the powers."""
+        for name, share in loads(moment.pins).items():
+            self.shares[name] = max(share, self.shares.get(name, 0.0))
+        for name, value in zip(WATTS, watts_of(moment.pins)):
+            if value is not None:
+                joules, seconds = self.watts[name]
+                self.watts[name] = joules + value * moment.dt, seconds + moment.dt
 
     def add_late(self, moment):
         """What it had cut before the motion which this look has found, and the time for that: a mean above the peak cannot be."""
@@ -118,7 +139,9 @@ class Use:
         return {"tool": self.tool, "diameter_mm": round(self.diameter, 4), "reference_cm3_min": round(self.reference / MM3_PER_CM3, 4) or "",
                 "mean_cm3_min": round(mean([self]) / MM3_PER_CM3, 4), "peak_cm3_min": round(self.peak / MM3_PER_CM3, 4),
                 "cutting_s": round(self.cut_s, 1), "removed_cm3": round(self.volume / MM3_PER_CM3, 4),
-                "over_s": round(self.over_s, 1), "limited_by": self.limited_by, "stops": self.stops}
+                "over_s": round(self.over_s, 1), "limited_by": self.limited_by, "stops": self.stops,
+                **{column: round(100 * self.shares[name], 1) if name in self.shares else "" for column, name in zip(SHARES, TOOTH)},
+                **{name: round(joules / seconds, 1) if seconds > 0 else "" for name, (joules, seconds) in self.watts.items()}}
 
     def row(self):
         """The figures of a tool, as a page and the file show them."""

@@ -21,7 +21,8 @@ from chipwise.host.clock import patience
 from chipwise.errors import unnamed
 from chipwise.panel.look_ahead import Ahead
 from chipwise.panel.alarms import Alarms
-from chipwise.panel.display import LIMITS, MODES, STOCK, SUMS, Run, is_assumed, loads, shown
+from chipwise.panel.display import LIMITS, MODES, STOCK, SUMS, Run, is_assumed, shown
+from chipwise.panel.limits import loads, power
 from chipwise.panel.load_log import LoadLog
 from chipwise.panel.tiles import Tiles
 from chipwise.panel.tool_log import OVER
@@ -133,7 +134,8 @@ class Watch:
         self.log.write()
         with self.published:
             self.alarms.step(pins, bool(task and task["inch"]), time.time(), not task or task["auto"])
-            self.history.append((round(now, 2), round(pins["mrr"], 1), round(pins["target"], 1), round(pins["override"], 3), max(loads(pins).values(), default=0.0)))
+            watts = power(pins) or {"predicted": 0.0, "measured": None}
+            self.history.append((round(now, 2), round(pins["mrr"], 1), round(pins["target"], 1), round(pins["override"], 3), loads(pins), watts["predicted"], watts["measured"]))
             self.text = json.dumps(self.state(pins, task), allow_nan=False).encode()
             self.number += 1
             self.published.notify_all()
@@ -219,7 +221,7 @@ class Watch:
                 "ready": bool(pins["ready"]), "mode": MODES[mode] if 0 <= mode < len(MODES) else MODES[0],
                 "limited_by": LIMITS[limit] if 0 <= limit < len(LIMITS) else LIMITS[0],
                 "task": {**task, "program": os.path.basename(task["program"])} if task else None,
-                "loads": loads(pins), "run": figures(run), "background": background(pins, task, self.alarms),
+                "loads": loads(pins), "power": power(pins), "run": figures(run), "background": background(pins, task, self.alarms),
                 "guards": {"rapid": bool(pins["guard_rapid"]), "flute": bool(pins["guard_flute"])}, "alarms": self.alarms.entries, "stock_error": self.stock_error,
                 "tools": self.log.tools.rows(), "log_error": self.log.error, "pages": self.pages, "path": [self.path.epoch, self.path.count], "ahead": self.ahead.state()}
 
@@ -237,7 +239,7 @@ class Watch:
             return {"epoch": self.path.epoch, "count": self.path.count, "points": points[len(points) - min(missing, len(points)):]}
 
     def recent(self):
-        """The last HISTORY_S: rows of time (s), rate, target (mm3/min), override, share of the limit that is nearest (0: no limit but the rate)."""
+        """The last HISTORY_S: rows of time (s), rate, target (mm3/min), override, loads(), predicted and measured power (W; None: not measured)."""
         with self.published:
             return list(self.history)
 

@@ -77,6 +77,7 @@
     $('new-part').addEventListener('click', newPart);
     hooks.push(() => window.chipwise.able('new-part', beginning ? t('Being done') : locked(), 'part-answer'));
     hooks.push(guards);
+    hooks.push(() => window.chipwise.able('gauge-next', viewsOf(window.chipwise.state).length > 1 ? '' : t('No other limit is known'), 'stock-note'));
     hooks.push(() => {
         const why = window.chipwise.earlier ? '' : t('No program has begun on this stock yet');
         for (const id of ['this-run', 'before']) window.chipwise.able(id, why, 'stock-note');

@@ -1,5 +1,5 @@
 'use strict';
-// Gauge and strip chart of the removal rate. SPDX-License-Identifier: GPL-2.0-or-later
+// Gauge and strip chart of the load. SPDX-License-Identifier: GPL-2.0-or-later
 // Both are drawn from the state as panel.js keeps it; `unit` shows a rate of mm3/min in the operator's unit.
 
 const CHART_S = 60;
@@ -29,23 +29,12 @@ function topOf(value) {
     return value > 1e-3 ? roundUp(value) : 1;
 }
 
-// The loads {name: share of its bound} of a state, the largest first: [[name, share], ..].
-function byShare(loads) {
-    return Object.entries(loads || {}).sort((a, b) => b[1] - a[1]);
-}
-
-// What the gauge shows: the rate, or, where chip, power or torque have bounds, the limit that is nearest in per cent. named: the words of a name.
-function gaugeOf(state, unit, named) {
-    const most = byShare(state.loads)[0];
-    return most ? [100 * most[1], {target: 100, lower: 0}, (value) => value, `% ${named(most[0])}`] : [state.mrr, state, unit, ''];
-}
-
-// Half a ring: the rate, and marks at the limits {target, lower}.
+// Half a ring: the rate or another value, and marks at the limits {target, lower}.
 // name: what it is the share of.
 function drawGauge(canvas, rate, limits, unit, name, colour) {
     const [context, width, height] = sheet(canvas);
     const most = topOf(Math.max(unit(limits.target) * 1.25, unit(rate)));
-    const radius = Math.min(width / 2 - 26, height - 34), x = width / 2, y = height - 18;
+    const radius = Math.min(width / 2 - 26, height - 38), x = width / 2, y = height - 22;
     const angle = (value) => Math.PI * (1 + Math.min(1, Math.max(0, value / most)));
     const ring = (from, to, ink, thick) => {
         context.beginPath();
@@ -70,13 +59,12 @@ function drawGauge(canvas, rate, limits, unit, name, colour) {
     context.fillText(String(Number(most.toPrecision(3))), x + radius, y + 16);
 }
 
-// The last CHART_S: rows of [time s, rate, target, override]; the target as a dashed line, the override from 0 to the largest, 100 % at least.
-// A fifth number is the share of the nearest limit, drawn as the override is.
-// names: {rate, limit, override, share} in the operator's language.
-function drawChart(canvas, rows, unit, colour, names) {
+// The last CHART_S: rows of [time s, rate, target, override, loads, predicted W, measured W]. plot (loads.js) has what is drawn of a row: its value, the
+// mark for it as a dashed line, a share, drawn as the override is from 0 to the largest of both, 100 % at least; and their names {value, mark, override, share}.
+function drawChart(canvas, rows, plot, colour) {
     const [context, width, height] = sheet(canvas), left = 46, low = height - 20, up = 26;      // above it what the colours mean
     const now = rows.length ? rows[rows.length - 1][0] : 0;
-    const most = topOf(Math.max(0, ...rows.map((row) => 1.1 * Math.max(unit(row[1]), unit(row[2])))));
+    const most = topOf(Math.max(0, ...rows.map((row) => 1.1 * Math.max(plot.value(row), plot.mark(row)))));
     const x = (time) => left + (width - left - 6) * (1 - (now - time) / CHART_S), y = (value) => low - (low - up) * value / most;
     context.strokeStyle = colour('line');
     context.fillStyle = colour('faint');
@@ -91,8 +79,8 @@ function drawChart(canvas, rows, unit, colour, names) {
     }
     context.textAlign = 'center';
     for (let s = 0; s <= CHART_S; s += 15) context.fillText(`${-s} s`, Math.min(width - 20, x(now - s)), height - 5);
-    const shared = rows.some((row) => row[4] > 0);
-    const full = Math.max(1, ...rows.map((row) => Math.max(row[3], row[4] || 0)));
+    const shared = rows.some((row) => plot.share(row) > 0), names = plot.names;
+    const full = Math.max(1, ...rows.map((row) => Math.max(row[3], plot.share(row))));
     const curve = (height, ink, thick, dashes, shown) => {
         context.beginPath();
         context.strokeStyle = ink;
@@ -107,10 +95,10 @@ function drawChart(canvas, rows, unit, colour, names) {
         context.setLineDash([]);
     };
     curve((row) => low - (low - up) * row[3] / full, colour('override'), 1.5, [2, 2], () => true);
-    if (shared) curve((row) => low - (low - up) * row[4] / full, colour('ink'), 1.5, [], (row) => row[4] > 0);
-    curve((row) => y(unit(row[1])), colour('rate'), 2, [], () => true);
-    curve((row) => y(unit(row[2])), colour('limit'), 2, [6, 4], (row) => row[2] > 0);
-    drawNames(context, left, 14, [['rate', names.rate], ['limit', names.limit], ['override', `${names.override}, ${Math.round(100 * full)} %`],
+    if (shared) curve((row) => low - (low - up) * plot.share(row) / full, colour('ink'), 1.5, [], (row) => plot.share(row) > 0);
+    curve((row) => y(plot.value(row)), colour('rate'), 2, [], () => true);
+    curve((row) => y(plot.mark(row)), colour('limit'), 2, [6, 4], (row) => plot.mark(row) > 0);
+    drawNames(context, left, 14, [['rate', names.value], ['limit', names.mark], ['override', `${names.override}, ${Math.round(100 * full)} %`],
                                  ...(shared ? [['ink', names.share]] : [])], colour);
 }
 

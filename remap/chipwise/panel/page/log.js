@@ -14,7 +14,11 @@
     const seconds = (s) => (s < 60 ? `${s.toFixed(1)} s` : `${Math.floor(s / 60)} min ${Math.floor(s % 60)} s`);
 
     const load = (row) => [row.reference_cm3_min > 0 ? rate(row.reference_cm3_min) : '-', rate(row.mean_cm3_min), rate(row.peak_cm3_min)];
-    const reaction = (row) => [t(LIMITS[row.limited_by]), seconds(row.over_s), row.stops];
+    // The bound of which most was used, and the power as predicted and measured.
+    const nearest = (row) => Object.keys(NAMES).map((name) => [name, row[name + '_percent']]).filter((one) => one[1] > 0).sort((a, b) => b[1] - a[1])
+        .slice(0, 1).map(([name, percent]) => `${t(NAMES[name])} ${Math.round(percent)} %`)[0] || '-';
+    const watts = (row) => [row.predicted_w, row.measured_w].map((w) => (w === '' ? '-' : Math.round(w))).join(' / ').replace(/^- \/ -$/, '-');
+    const reaction = (row) => [t(LIMITS[row.limited_by]), nearest(row), watts(row), seconds(row.over_s), row.stops];
     const lines = (row) => (row.last_line === row.line ? `${row.line}` : `${row.line}-${row.last_line}`);
     const tool = (row) => [`${row.tool}: ${length(row.diameter_mm)}`, ...load(row), seconds(row.cutting_s), seconds(row.slowed_s), ...reaction(row)];
     const operation = (row) => [row.operation, `${row.code} ${lines(row)}`.trim(), row.tool, ...load(row), seconds(row.seconds), seconds(row.cutting_s),
@@ -26,7 +30,7 @@
         if (!answer.ok) throw new Error(await answer.text());
         const found = await answer.json(), newest = found.operations.slice().reverse();
         put('log-program', found.program);
-        put('log-unit', inch() ? 'in3/min, in' : 'cm3/min, mm');
+        put('log-unit', inch() ? 'in3/min, in, W' : 'cm3/min, mm, W');
         put('log-file', found.error || (found.file ? `${t('File')}: ${found.file}` : t('No file: set [CHIPWISE]PANEL_LOG')));
         fill($('log-tools'), found.tools.map(tool), held(found.tools));
         fill($('log-operations'), newest.map(operation), held(newest));

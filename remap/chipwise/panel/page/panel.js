@@ -39,15 +39,11 @@
 
     const STATUS = {off: 'The machine is off', calm: 'Ready', cutting: 'Cutting', limited: 'Slower than F', over: 'Above the target', alarm: 'Alarm'};
     const MODES = {off: 'off', limit: 'limit', constant: 'constant', window: 'window'};
-    const LIMITS = {nothing: 'nothing', stock: 'stock here', ahead: 'stock ahead', floor: 'feed floor', ceiling: 'feed ceiling',
-                    fallback: 'no stock known: F as programmed', chip: 'largest chip',
-                    power: 'spindle power', torque: 'spindle torque', force: 'bending of the tool'};
-
-    const LOADS = {rate: 'Removal rate', chip: LIMITS.chip, power: LIMITS.power, torque: LIMITS.torque};
 
     // ---- what is shown -------------------------------------------------------------------------------------------
 
     const put = (id, text) => { if ($(id).textContent !== text) $(id).textContent = text; };
+    const loads = makeLoads(t, put);
 
     function show() {
         if (!due) requestAnimationFrame(() => { due = false; draw(); });
@@ -56,9 +52,9 @@
 
     function draw() {
         view.draw();
-        drawChart($('chart'), rows, toRate, colour, {rate: t('Removal rate'), limit: t('Target'), override: t('Override'), share: t('Share of the limit')});
+        drawChart($('chart'), rows, loads.chart(state, toRate), colour);
         if (!state) return;
-        drawGauge($('gauge'), ...gaugeOf(state, toRate, (name) => t(LOADS[name])), colour);
+        drawGauge($('gauge'), ...loads.gauge(state, toRate), colour);
         figures();
         if (window.chipwise.fill) tools();          // sections.js
         alarms();
@@ -84,7 +80,7 @@
         put('target', s.target > 0 ? rateText(s.target) : '-');
         put('mode', t(MODES[s.mode]));
         put('limit', t(LIMITS[s.limited_by]));
-        put('share', byShare(s.loads).map(([name, share]) => `${t(LOADS[name])} ${Math.round(100 * share)} %`).join(', ') || '-');
+        loads.figures(s);
         put('feed', speed(s.current_vel));
         put('tooth', s.feed_per_tooth > 0 ? fine(s.feed_per_tooth) : '-');
         put('programmed', s.programmed_vel > 0 || s.requested_vel > 0 ? speed(s.programmed_vel || s.requested_vel) : '-');
@@ -219,7 +215,7 @@
 
     function now(found) {
         state = found;
-        rows.push([found.time, found.mrr, found.target, found.override]);
+        rows.push([found.time, found.mrr, found.target, found.override, found.loads, ...(found.power ? [found.power.predicted, found.power.measured] : [0, null])]);
         while (rows.length && rows[0][0] < found.time - KEEP_S) rows.shift();
         ahead.now(found.ahead, found.tip);
         place();
@@ -300,6 +296,7 @@
         show();
     }
 
+    $('gauge-next').addEventListener('click', () => { if (state) loads.next(state); show(); });
     $('theme').addEventListener('click', () => theme(root.dataset.theme === 'dark' ? 'light' : 'dark'));
     $('above').addEventListener('click', () => { view.above(true); show(); });
     $('slanted').addEventListener('click', () => { view.above(false); show(); });
@@ -340,7 +337,7 @@
         show();
     }
 
-    window.chipwise = {t, change, token, put, language, show, view, ahead, hooks, told: () => '', get canChange() { return canChange; },
+    window.chipwise = {t, change, token, put, language, show, view, ahead, loads, hooks, told: () => '', get canChange() { return canChange; },
                        get local() { return local; }, get earlier() { return earlier; }, get state() { return state; }, get rows() { return rows; }, get ageMs() { return ageMs; },
                        get firstPicture() { return firstPicture; }};     // for entry.js, the console, and tests
     theme(localStorage.getItem('chipwise-theme') || (matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light'));
