@@ -147,6 +147,27 @@ def test_a_feed_and_a_traverse_stop_before_a_clamp(answers):
     assert position[0] == pytest.approx(-25.0, abs=1e-4) and said == []
 
 
+IN_FORCE = ['until', 'stock-tracker.0.clamp-count', '>', 0.5]
+
+
+def to_comment(move):
+    """Steps: into the clamp of a comment as a program, at Z10."""
+    comment = '(CLAMP,BOX,XMIN=-30,YMIN=10,ZMIN=-20,XMAX=-20,YMAX=30,ZMAX=20)\n'
+    return [['open text', comment + HEAD + 'G0 Z40\nG0 X-48 Y20\nG0 Z10\n' + move + '\nG0 Z40\nM2\n'], IN_FORCE, ['run_until_stopped', 60], GUARD, ['position'], ['abort'],
+            ['errors'], ['jog', 2, 15, 40], ['open text', HEAD + 'G0 Z40\nM2\n'], ['until', 'stock-tracker.0.clamp-count', '<', 0.5]]
+
+
+@pytest.mark.scene(STOPPED, [*to_comment('G1 X30'), *to_comment('G0 X30')])
+def test_a_feed_and_a_traverse_stop_before_the_clamp_of_a_comment(answers):
+    """From the opening of the program on, without M256; another program has none of it."""
+    for (_open, known, stopped, guard, position, _abort, said, _jog, _other, gone), most in ((answers[:10], 2.0), (answers[10:], 25.0)):      # mm, of braking
+        assert known is not None and gone is not None and stopped is True and guard == ['TRUE', '5', 'TRUE', 'TRUE']
+        assert -0.02 <= -34.0 - position[0] < most
+        said = [text for text in said if 'move stopped' in text]
+        assert len(said) == 1, said
+        assert re.match(rf'chipwise: move stopped [\d.]+ mm before the tool or its shank comes too near to the clamp of line 1 \(line {HEAD.count(chr(10)) + 5}, tool 1\)', said[0])
+
+
 TWICE = [['run_until_stopped', 60], ['position'], ['abort'], ['errors']]
 
 

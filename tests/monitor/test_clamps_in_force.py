@@ -6,6 +6,7 @@ import types
 
 import pytest
 
+from chipwise.clamps.clamp import Clamp
 from chipwise.clib import layout
 from chipwise.clib.library import library
 from chipwise.clib.layout import FileRequest
@@ -128,6 +129,71 @@ def test_a_writer_that_was_killed(machine):
     raw = layout.ClampTable.from_buffer(pins.memory)
     raw.generation, raw.count, raw.clearance = 7, 3, math.nan
     assert clamps.put(table, 2) == reasons.DONE and pins.clamps.table.count == 2
+
+
+def clamp(x, name="the clamp of line 3"):
+    return Clamp(0, 30.0, (x, 0.0, -20.0), (x + 10.0, 10.0, 8.0), name)
+
+
+def names(clamps, pins, table):
+    """Of those in force; their places in the table are theirs."""
+    assert pins["clamps-taken"] == table._table.generation // 2 and pins.clamps.table.count == len(clamps.names)
+    return clamps.names
+
+
+def test_clamps_of_the_program_beside_those_of_m256(machine):
+    """M256 of a run takes the place of what the program has named before it, in MDI only P0 does."""
+    clamps, pins, table, _path = machine
+    vice = "clamp jaw of set-up 2", "clamp stop of set-up 2"
+    assert clamps.put(table, 2) == reasons.DONE
+    assert clamps.lay(table, "comments", [(0, clamp(0.0, "a")), (1, clamp(30.0, "b"))]) == reasons.DONE
+    assert clamps.lay(table, "job", [(0, clamp(60.0, "j"))]) == reasons.DONE
+    assert names(clamps, pins, table) == (*vice, "a", "b", "j")
+    assert clamps.put(table, 3) == reasons.DONE and names(clamps, pins, table) == ("a", "b", "j") and not clamps.dropped
+    pins["program-running"] = True
+    clamps.put(table, 2)
+    assert names(clamps, pins, table) == (*vice, "b") and clamps.dropped == {"comments", "job"} and clamps.has("comments") and not clamps.has("job")
+    clamps.put(table, 0)
+    assert names(clamps, pins, table) == ()
+    pins["program-running"] = False
+    clamps.follow(False)
+    clamps.lay(table, "comments", [(0, clamp(0.0, "a")), (1, clamp(30.0, "b"))])
+    assert names(clamps, pins, table) == ("a", "b") and clamps.dropped == {"job"}
+    pins["program-running"] = True
+    clamps.put(table, 2)
+    assert names(clamps, pins, table) == (*vice, "b")
+    pins["program-running"] = False
+    clamps.put(table, 0)
+    assert names(clamps, pins, table) == () and not clamps.dropped
+
+
+def test_clamps_that_the_tracker_refuses_are_not_kept(machine, monkeypatch):
+    """What comes after them is that of before, and the new ones."""
+    clamps, pins, table, _path = machine
+    clamps.put(table, 2)
+    pins.spoils = True
+    assert clamps.lay(table, "job", [(0, clamp(60.0))]) == reasons.NOT_TAKEN and not clamps.has("job")
+    pins.spoils = False
+    pins.clamps.refused = 0
+    assert clamps.lay(table, "comments", [(0, clamp(0.0, "a"))]) == reasons.DONE
+    assert names(clamps, pins, table) == ("clamp jaw of set-up 2", "clamp stop of set-up 2", "a")
+    assert clamps.lay(table, "job", [(0, clamp(60.0))] * 98) == reasons.NO_CLAMPS and len(names(clamps, pins, table)) == 3
+    assert clamps.lay(None, "job", []) == reasons.NOT_TAKEN
+
+
+def test_a_monitor_that_takes_over_keeps_what_is_in_the_table(machine):
+    """The clamps of the program are in it once only, and go with the program."""
+    clamps, pins, table, _path = machine
+    clamps.put(table, 2)
+    clamps.lay(table, "comments", [(0, clamp(0.0, "a"))])
+    second = clamps_in_force.ClampsInForce(pins, clamps.settings)
+    assert second.name(1) == "clamp 1 of the set-up in force"
+    assert second.lay(table, "comments", [(0, clamp(0.0, "a"))]) == reasons.DONE
+    assert names(second, pins, table) == ("clamp 1 of the set-up in force", "clamp 2 of the set-up in force", "a")
+    found = pins.clamps.table
+    assert (found.clamp[1].x, found.clamp[1].y, found.clamp[1].half_x, found.clamp[1].top, found.clamp[1].is_round) == (0, 60, 5, 30, 1)
+    second.lay(table, "comments", [])
+    assert len(names(second, pins, table)) == 2
 
 
 def test_the_message():

@@ -13,16 +13,17 @@ PART = "/a/part.ngc"
 LINUXCNC = types.SimpleNamespace(INTERP_IDLE=1, error=OSError, stat=None)
 
 
-def shown(shadow=True, set_up=True, claims=False, has_stock=False, path=PART, **pins):
+def shown(shadow=True, set_up=True, clamps=True, claims=False, has_stock=False, path=PART, **pins):
     """The two pins."""
     pins = dict.fromkeys(("stock-defined", "certain"), False) | {name.replace("_", "-"): value for name, value in pins.items()}
-    known.show(pins, path, types.SimpleNamespace(has_read=lambda _path: shadow), types.SimpleNamespace(has_read=lambda _path: set_up, claims=claims, has_stock=lambda: has_stock))
+    known.show(pins, path, types.SimpleNamespace(has_read=lambda _path: shadow), types.SimpleNamespace(has_read=lambda _path: set_up, claims=claims, has_stock=lambda: has_stock),
+               types.SimpleNamespace(has_read=lambda _path: clamps))
     return pins[known.PROGRAM_READ], known.SOURCES[pins[known.STOCK_SOURCE]]
 
 
-def test_both_have_read_it():
+def test_all_have_read_it():
     assert shown()[0] == known.checksum(PART) > 0
-    assert shown(shadow=False)[0] == shown(set_up=False)[0] == shown(path="")[0] == 0
+    assert shown(shadow=False)[0] == shown(set_up=False)[0] == shown(clamps=False)[0] == shown(path="")[0] == 0
     assert shown(shadow=False, claims=True)[0] == known.checksum(PART)          # a set-up: nothing is assumed
 
 

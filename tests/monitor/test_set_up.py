@@ -12,6 +12,7 @@ from chipwise.monitor import set_up as module
 from chipwise.monitor.tool_shape import Tool
 from chipwise.rates import MAX_RATE
 from chipwise.settings import parse_settings
+from chipwise.stock import reasons
 from chipwise.setup import job_process
 from chipwise.setup.job import Job, JobTool, text_of
 from support.check_runs import mill_with_tools
@@ -20,7 +21,8 @@ SLOT = "G21 G90 G94 G17\nT1 M6\nS8000 M3\nG55 G0 X-10 Y30 Z5\nG0 Z-4\nG1 X110 F4
 LINUXCNC = types.SimpleNamespace(INTERP_IDLE=1, MODE_MANUAL=1, MODE_AUTO=2, MODE_MDI=3, STATE_ON=4, stat=None, error=OSError)
 PLACE = {"index": 1, "offset": [0.0, 0.0, 0.0], "g92": [0.0, 0.0, 0.0], "turn": 0.0, "tool": 1, "codes": "G17 G21", "block_delete": False}
 TOOLS = {"1": [6.0, 3000.0, 2.0], "2": [3.0, None, 1.0]}
-ANSWER = {"why": "", "material": "", "low": [0, 0, -9], "high": [9, 9, 0], "to_machine": None, "text": "from a to b", "tools": TOOLS, "air": False, "keeps_f": ""}
+ANSWER = {"why": "", "material": "", "low": [0, 0, -9], "high": [9, 9, 0], "to_machine": None, "text": "from a to b", "tools": TOOLS, "air": False, "keeps_f": "", "clamps": []}
+JAW = [0, 90.0, [0.0, 0.0, -9.0], [5.0, 5.0, 9.0], "clamp jaw of the set-up of part.ngc"]
 
 
 def job_of(path, **changes):
@@ -104,7 +106,9 @@ def make_scene(tmp_path, part, monkeypatch):
     """(SetUp, its pins, the status, the command, what was said)."""
     status = types.SimpleNamespace(file=str(part), interp_state=1, queue=0, inpos=True, adaptive_feed_enabled=False, task_mode=1, task_state=4, poll=lambda: None)
     pins = dict.fromkeys(("program-running", "job", "job-stock", "job-target", "job-active", "job-waits", "run-end", "certain", "stock-defined", "request"), 0)
-    files = types.SimpleNamespace(stock=None, kept_is_due=False, count=lambda: 0, emptied=0)
+    files = types.SimpleNamespace(stock=None, kept_is_due=False, count=lambda: 0, emptied=0, laid=[])
+    files.clamps = types.SimpleNamespace(dropped=set(), reply=reasons.DONE, has=lambda source: bool(files.laid and files.laid[-1][1]))
+    files.lay_clamps = lambda source, clamps: files.laid.append((source, clamps)) or files.clamps.reply
     said = []
     for one in (module, saying):
         monkeypatch.setattr(one, "Quiet", lambda *_: lambda: True)
@@ -142,6 +146,46 @@ def test_its_material_counts_while_it_is_in_force(scene, part):
     part.write_text(SLOT + "\n")
     set_up.check(str(part))
     assert set_up.material() == ""
+
+
+def test_its_clamps_are_in_force_before_it_is(scene, part):
+    """On the machine, turned with the work coordinates; M256 of a run takes them away until its end, another program for good."""
+    set_up, pins, status, _command, said = scene
+    look(scene)
+    set_up.reading.answer = ANSWER | {"clamps": [JAW]}
+    look(scene, 3)
+    assert not set_up.files.laid and not pins["job"]
+    set_up.files.stock, set_up.files.clamps.reply = object(), reasons.BUSY
+    look(scene, 3)
+    (source, ((after, clamp),)), = set_up.files.laid
+    assert (source, after, clamp.turn, clamp.high, clamp.name) == ("job", 0, 90.0, (5.0, 5.0, 9.0), JAW[4]) and not pins["job"]
+    set_up.files.clamps.reply = reasons.DONE
+    look(scene, 3)
+    assert pins["job"] is True and "and its clamp; the feed is" in said[-1] and len(set_up.files.laid) == 1
+    status.interp_state, pins["program-running"] = 2, True
+    look(scene)
+    status.interp_state, pins["program-running"], pins["run-end"] = 1, False, 1
+    look(scene, 2)
+    assert len(set_up.files.laid) == 1
+    status.interp_state, pins["program-running"] = 2, True
+    look(scene)
+    set_up.files.clamps.dropped = {"job"}
+    status.interp_state, pins["program-running"] = 1, False
+    look(scene, 2)
+    set_up.files.clamps.dropped = set()
+    assert len(set_up.files.laid) == 2
+    part.write_text(SLOT + "\n")
+    look(scene)
+    assert set_up.files.laid[-1] == ("job", []) and not pins["job"]
+
+
+def test_a_tracker_that_refuses_its_clamps(scene):
+    set_up, pins, _status, _command, said = scene
+    look(scene)
+    set_up.files.stock, set_up.files.clamps.reply = object(), reasons.NOT_TAKEN
+    set_up.reading.answer = ANSWER | {"clamps": [JAW]}
+    look(scene, 4)
+    assert not pins["job"] and "its set-up is not used: its clamps are not in force: the stock tracker does not take" in said[0]
 
 
 def test_without_a_job_file_nothing_is_done(scene, part):

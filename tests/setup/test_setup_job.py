@@ -6,11 +6,14 @@ import pty
 import select
 import subprocess
 import tomllib
+from dataclasses import replace
 
 import pytest
 
+from chipwise.clamps.clamp import Clamp
 from chipwise.errors import CycleError
 from chipwise.setup import job as jobs
+from chipwise.setup import job_process
 from support.check_runs import CHIPWISE, chipwise_check, mill_with_tools
 from support.setup_runs import chipwise_setup
 
@@ -37,6 +40,10 @@ def test_a_job_is_read_as_it_was_written(tmp_path):
     assert jobs.read(str(path)) == JOB == jobs.as_written(JOB) and [p.name for p in tmp_path.iterdir()] == ["part.job.toml"]
     free = jobs.Job(*(getattr(JOB, key) for key in ("program", "digest", "low", "high", "source", "material", "tools")), True)
     assert jobs.as_written(free) == free and not JOB.air
+    clamps = {"jaw": Clamp(0, 0.0, (40.0, -12.0, -20.0), (60.5, -2.0, 8.0), "clamp jaw of the set-up of part.ngc"),
+              "post": Clamp(1, 0.0, (75.0, 70.0, -20.0), (85.0, 80.0, 8.0), "clamp post of the set-up of part.ngc")}
+    held = replace(JOB, set_up=2, clamps=clamps)
+    assert jobs.as_written(held) == held != JOB and 'clamps = 2' in jobs.text_of(held) and "cylinder = [80, 75, -20, 8, 10]" in jobs.text_of(held)
     odd = jobs.Job('a "b" \\ \u00e9 \U0001f600 c.ngc', *(getattr(JOB, key) for key in ("digest", "low", "high", "source", "material", "tools")))
     assert jobs.as_written(odd) == odd
     assert jobs.path_of("/a/b.c/part.v2.ngc") == "/a/b.c/part.v2.job.toml" and jobs.path_of("/a/part.nc", "/jobs") == "/jobs/part.job.toml"
@@ -55,6 +62,51 @@ def test_yes_confirms_and_nothing_else_does(tmp_path, machine):
     assert found["tool"]["1"]["target"] * 1000 == pytest.approx(report["tools"][0]["target_mm3_min"], rel=1e-4) and found["tool"]["1"]["ceiling"] == 2
     _status, out, _err, report = chipwise_setup(tmp_path, text, "--material", "6061", machine=machine)
     assert report["confirmed"] and "confirmed before" in out
+
+
+def test_clamps_of_a_set_up(tmp_path, machine):
+    """check and setup judge by them and name them; they stay where none are named."""
+    (machine.parent / "clamps.toml").write_text("[set_up.2.clamp.vice]\nbox = [300, 300, -20, 310, 310, 8]\n")
+    _status, said, report = confirmed(tmp_path, machine, "--clamps", "2", "--clamp-box", "jaw", "40", "33.5", "-20", "60", "50", "8")
+    names = "the clamps of its set-up count: clamp vice of set-up 2, clamp jaw of the set-up of part.ngc"
+    assert report["confirmed"] and report["clamps"] == {"set_up": 2, "own": {"jaw": {"min": [40, 33.5, -20], "max": [60, 50, 8]}}} and names in said
+    found = tomllib.loads((tmp_path / "part.job.toml").read_text())
+    assert found["clamps"] == 2 and found["clamp"] == {"jaw": {"box": [40, 33.5, -20, 60, 50, 8]}} and report["findings"] > 0
+    _status, said, _err, checked = chipwise_check(tmp_path, {"part.ngc": SLOT}, "--stock", *STOCK, machine=machine)
+    near, = (finding for finding in checked["programs"][0]["findings"] if finding["rule"] == "clamp")
+    assert "clamp jaw of the set-up of part.ngc" in near["text"] and near["line"] == near["last_line"] == 6 and names in said
+    _status, said, report = confirmed(tmp_path, machine, text=None)
+    assert report["clamps"]["set_up"] == 2 and "confirmed before" in said
+    _status, said, report = confirmed(tmp_path, machine, "--clamps", "0", text=None)
+    assert report["clamps"] == {"set_up": 0, "own": {}} and "clamp" not in (tmp_path / "part.job.toml").read_text() and "the clamps of its" not in said
+
+
+@pytest.mark.parametrize("options, wanted", [
+    (("--clamps", "1000"), "--clamps 1000 is not from 0 to 999"), (("--clamps", "7"), "there is no set-up P7 of clamps"),
+    (("--clamp-cylinder", "post", "1", "2", "3", "4", "x"), "clamp post: 1 2 3 4 x are not numbers"),
+    (("--clamp-box", "a b", "1", "2", "3", "4", "5", "6"), "other characters than letters"), (("--clamp-box", "jaw", "1", "2", "3", "0", "5", "6"), "it has no extent in X"),
+    (("--clamp-box", "a", "1", "2", "3", "4", "5", "6", "--clamp-cylinder", "a", "1", "2", "3", "4", "5"), "the clamp a is named twice")])
+def test_clamps_that_cannot_be(tmp_path, machine, options, wanted):
+    status, said, _report = confirmed(tmp_path, machine, *options)
+    assert status == 2 and wanted in said and not (tmp_path / "part.job.toml").exists()
+
+
+def test_clamps_of_the_job_on_the_machine(tmp_path, machine):
+    """Those of a set-up of M256 are where they are, its own where the first move is."""
+    part = tmp_path / "part.ngc"
+    part.write_text(SLOT)
+    (machine.parent / "clamps.toml").write_text("[set_up.2.clamp.vice]\nbox = [1, 2, 3, 4, 5, 6]\n")
+    own = {"jaw": Clamp(1, 0.0, (10.0, 20.0, -5.0), (16.0, 26.0, 5.0), "clamp jaw of the set-up of part.ngc")}
+    wanted = replace(JOB, digest=jobs.digest_of(str(part)), set_up=2, clamps=own)
+    jobs.write(str(tmp_path / "part.job.toml"), wanted)
+    turned = {"index": 1, "offset": [100.0, 50.0, 7.0], "g92": [0.0, 0.0, 0.0], "turn": 90.0, "tool": 1, "codes": "G17 G21", "block_delete": False}
+    order = {"ini": str(machine), "program": str(part), "job": str(part.with_name("part.job.toml")), "scene": turned}
+    vice, jaw = job_process.answer(order, str(tmp_path))["clamps"]
+    assert vice == [0, 0.0, (1, 2, 3), (4, 5, 6), "clamp vice of set-up 2"]
+    assert jaw[0] == 1 and jaw[1] == pytest.approx(90.0) and jaw[2] == pytest.approx((100 - 26, 50 + 10, 2)) and jaw[3] == pytest.approx((100 - 20, 50 + 16, 12))
+    jobs.write(str(tmp_path / "part.job.toml"), replace(wanted, set_up=3))
+    with pytest.raises(CycleError, match="there is no set-up P3 of clamps; there are 2"):
+        job_process.answer(order, str(tmp_path))
 
 
 def test_a_changed_program_asks_again(tmp_path, machine):
@@ -138,6 +190,13 @@ BAD = {
     "stock far": GOOD.replace("[0, 0, -20]", "[0, 0, -1e300]").encode(),
     "stock empty": GOOD.replace("[0, 0, -20]", "[0, 0, 0]").encode(),
     "source": GOOD.replace('"option"', '"guess"').encode(),
+    "clamps": GOOD.replace("format = 1", "format = 1\nclamps = 1000").encode(),
+    "clamps true": GOOD.replace("format = 1", "format = 1\nclamps = true").encode(),
+    "clamp": (GOOD + "[clamp.jaw]\nbox = [0, 0, 0, 1, 1]\n").encode(),
+    "clamp name": (GOOD + '[clamp."a b"]\nbox = [0, 0, 0, 1, 1, 1]\n').encode(),
+    "clamp nan": (GOOD + "[clamp.jaw]\nbox = [0, 0, 0, 1, 1, nan]\n").encode(),
+    "clamp number": GOOD.replace("format = 1", "format = 1\nclamp = 7").encode(),
+    "many clamps": (GOOD + "".join(f"[clamp.c{n}]\nbox = [0, 0, 0, 1, 1, 1]\n" for n in range(101))).encode(),
     "target": GOOD.replace("target = 9.6", "target = 1e9").encode(),
     "target nan": GOOD.replace("target = 9.6", "target = nan").encode(),
     "target below": GOOD.replace("target = 9.6", "target = -1").encode(),

@@ -32,10 +32,10 @@ def check(program, machine, stock=None, cell=None, progress=None, cpu_s=CPU_S, a
     machine: reader.Machine; stock: (low, high) mm in work coordinates or None; cell: mm, default [CHIPWISE]CELL, smaller
     if a tool needs it; progress: called with the number of the line that is being simulated; assumes: whether a stock and tools
     that the program does not name are assumed; tool, diameter (mm): of the one in the spindle at the beginning, then; simulated: makes the
-    Simulation of its arguments; confirmed: function of program and settings, the name of the material of its set-up; completes: whether a program is judged on a machine that lacks its tools or rotary axes, which is a finding then.
+    Simulation of its arguments; confirmed: function of program and settings, the setup/job.py Job of its set-up or None; completes: whether a program is judged on a machine that lacks its tools or rotary axes, which is a finding then.
     """
     def answer(machine):
-        made = functools.partial(simulated, material=confirmed(program, load_settings(machine.ini))) if confirmed else simulated
+        made = functools.partial(simulated, job=confirmed(program, load_settings(machine.ini))) if confirmed else simulated
         return _answer(program, machine, stock, cell, progress, cpu_s, assumes, tool, diameter, made, limits)
 
     try:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Both ends of a process that reads the loaded program: an order as JSON on its standard input, the answer on its standard output.
 
-Called by monitor/answering.py and panel/look_ahead.py (start, end), and by the processes monitor/shadow_process.py, setup/job_process.py,
+Called by monitor/answering.py and panel/look_ahead.py (start, end), and by the processes monitor/shadow_process.py, monitor/comment_process.py, setup/job_process.py,
 setup/time_process.py and panel/look_ahead_process.py (take_order).
 """
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Moves of a program against clamps: which come nearer to one than CLAMP_CLEARANCE.  Those of CLAMP comments, and of the set-up of M256.  Called by simulate.py.  mm, machine coordinates of the tip.
+"""Moves of a program against clamps: which come nearer to one than CLAMP_CLEARANCE.  Those of CLAMP comments, of the set-up of M256, and of the
+set-up that is confirmed for the program.  Called by simulate.py.  mm, machine coordinates of the tip.
 
 The machine may stand anywhere before X, Y and Z are named: moves up to there are not judged, the one that comes to the first place at its end only, or,
 if it goes straight down, from above.
@@ -21,7 +22,9 @@ NO_TOOL = Shape(0.0)        # of which only the axis is known
 class Clamps:
     """Those in force, of a program under way."""
 
-    def __init__(self, settings):
+    def __init__(self, settings, job=None):
+        """job: setup/job.py's, None: without one."""
+        self._job, self._of_job = job, ()
         self._clearance, self._file = settings["CLAMP_CLEARANCE"], settings.path("CLAMPS")
         self._clamps, self._open = [], {}
         self._place, self._length, self._moves = None, np.zeros(3), 0
@@ -29,6 +32,7 @@ class Clamps:
     def take_event(self, kind, line, values):
         """A CLAMP or CLAMP_SET_UP record.  Raises CycleError for a set-up that the file does not have."""
         if kind == records.CLAMP_SET_UP:
+            self._job = None                # M256 of the program wins
             self._clamps = list(set_ups.clamps_of(self._file, int(values[0]))) if values[0] else []
             return
         shape, turn, *corners = values[:8]
@@ -43,6 +47,9 @@ class Clamps:
     def take(self, block, known, from_above, simulation):
         """Moves (n, WIDTH), of which those from `known` on are judged.  from_above: whether the first of these is judged straight down to its end, or at
         its end (False), None: from its start.  simulation: has tool, shape, frame, segments, and the findings of its result."""
+        if self._job and len(block):
+            self._of_job, self._job = self._job.obstacles(self._file, simulation.frame), None
+            self._clamps[:0] = self._of_job
         ends = block[:, 2:5]
         starts = np.concatenate(((ends if self._place is None else self._place[None])[:1], ends[:-1]))
         self._place, before = ends[-1].copy(), self._moves
@@ -58,6 +65,10 @@ class Clamps:
                 index, distance, share = near(clamp, body, starts[known:], ends[known:], self._clearance - SLACK_MM)
                 for k, far, s in zip((index + known).tolist(), distance.tolist(), share):
                     self._find(clamp, body.name, block[k], starts[k] + s * (ends[k] - starts[k]), far, before + k, simulation)
+
+    def notes(self):
+        """[[line, text]] of the clamps of the set-up."""
+        return [[0, f"the clamps of its set-up count: {', '.join(clamp.name for clamp in self._of_job)}"]] if self._of_job else []
 
     def _find(self, clamp, part, move, place, distance, number, simulation):
         """One move; moves that follow one another are one finding."""

@@ -42,9 +42,9 @@ class TooCoarse(Exception):
 
 class Simulation(ToothRules):
     """A program under way: take() each block of records, then finish().  needles: {number of the stock: places (n, 2)} besides;
-    assumption: of assumed/, None: everything is the program's own; material: a name, that of the set-up."""
+    assumption: of assumed/, None: everything is the program's own; job: setup/job.py's of a set-up, None: without one."""
 
-    def __init__(self, program, machine, cell, settings, tools, needles=None, assumption=None, material=""):
+    def __init__(self, program, machine, cell, settings, tools, needles=None, assumption=None, job=None):
         self.result = Result(program, unit=machine.unit)
         self.settings, self.cell, self.geometry = settings, cell, tools
         self.timer = Timer(machine)
@@ -53,7 +53,7 @@ class Simulation(ToothRules):
         self.unplaced = rules.Unplaced()
         self.map = self.draughtsman = None
         self.tool, self.shape = None, None
-        self.begin_tooth(program, settings, material)
+        self.begin_tooth(program, settings, job.material if job else "")
         self.been = math.inf                            # mm, lowest Z of this tool since it is at its place across the axis
         self.frame = records.Frame()
         self.apart = 0                                  # traverses to the first place that are still to come
@@ -63,7 +63,7 @@ class Simulation(ToothRules):
         self.doubts = {}                                # {number of the stock: [(radius, rows of doubts.doubtful())]}
         self.extents = Extents()
         self.travel = Travel(machine.limits) if machine.limits else None
-        self.clamps = Clamps(settings)
+        self.clamps = Clamps(settings, job)
         self.assumption, self.carries_stock = assumption, False      # the latter: reader.Reader's; set by who reads
         if assumption:
             self.result.assume(assumption)
@@ -309,7 +309,7 @@ class Simulation(ToothRules):
         result = self.result
         if self.map is None:
             raise Missing("no stock is defined", "add M250, or name the stock with --stock X0 Y0 Z0 X1 Y1 Z1")
-        result.messages, result.notes = messages, [*result.notes, *notes, *self.unplaced.notes(), *self.tooth_notes()]
+        result.messages, result.notes = messages, [*result.notes, *notes, *self.clamps.notes(), *self.unplaced.notes(), *self.tooth_notes()]
         if self.travel:
             self.travel.finish(result.findings, result.notes, result.unit)
         result.findings.kept.sort(key=lambda finding: finding.at)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A clamp: a box, turned about Z, or a cylinder along Z.  Machine coordinates, mm, degrees.  Called by set_ups.py, distance.py, glue/clamps.py and check/clamps.py."""
+"""A clamp: a box, turned about Z, or a cylinder along Z.  Machine coordinates, mm, degrees.  Called by set_ups.py, distance.py, glue/clamps.py, setup/job.py and check/clamps.py."""
 
 import math
 from dataclasses import dataclass, replace
@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from chipwise.stock.shape_comment import CYLINDER
+
+SAME = 1e-6                 # mm, degrees
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,24 @@ class Clamp:
         half = (self.high[0] - self.low[0]) / 2, (self.high[1] - self.low[1]) / 2
         return replace(self, turn=self.turn - turn, low=(x - half[0], y - half[1], self.low[2] - origin[2]),
                        high=(x + half[0], y + half[1], self.high[2] - origin[2]))
+
+    @classmethod
+    def seen_from_above(cls, row, name):
+        """From a row of stock/clamp_table.py, which has no lower end."""
+        shape, turn, (x, y), (half_x, half_y), top = row
+        return cls(shape, turn, (x - half_x, y - half_y, top), (x + half_x, y + half_y, top), name)
+
+    def is_where(self, other):
+        """Whether it is as large as another one, at the same place; but for the lower end."""
+        return self.shape == other.shape and math.isclose(self.turn, other.turn, abs_tol=SAME) and all(
+            math.isclose(a, b, abs_tol=SAME) for one, two in ((self.low[:2], other.low[:2]), (self.high, other.high)) for a, b in zip(one, two))
+
+    def on_machine(self, frame):
+        """The Clamp in machine coordinates, of one in work coordinates; frame: program/records.py."""
+        place = frame.to_machine([(a + b) / 2 for a, b in zip(self.low, self.high)])
+        half = [(b - a) / 2 for a, b in zip(self.low, self.high)]
+        return replace(self, turn=self.turn + math.degrees(frame.turn), low=tuple(float(p - h) for p, h in zip(place, half)),
+                       high=tuple(float(p + h) for p, h in zip(place, half)))
 
     def across(self, x, y):
         """Distances (mm) of places x, y (arrays) from it, seen from above; negative inside, where it is that of a line of its outline.  A convex

@@ -8,7 +8,7 @@
     [set_up.2.clamp.stop]
     cylinder = [90.0, 60.0, -90.0, -65.0, 12.0]             # X, Y, lower end, upper end, diameter
 
-Called by cli/clamps.py, glue/clamps.py and check/clamps.py.
+Called by cli/clamps.py, glue/clamps.py, setup/job.py and check/clamps.py.
 """
 
 import os
@@ -60,11 +60,12 @@ def _set_up(path, number, table):
         _fail(path, where, f"its name is not a line of at most {MAX_NAME} characters")
     if not isinstance(clamps, dict) or len(clamps) > MAX_CLAMPS:
         _fail(path, where, f"clamp is not a table of at most {MAX_CLAMPS} clamps")
-    return SetUp(name, {clamp: _clamp(path, number, clamp, fields) for clamp, fields in clamps.items()})
+    return SetUp(name, {clamp: clamp_of(path, f"set-up {number}, clamp {clamp[:40]}", clamp, fields, f"clamp {clamp} of set-up {number}")
+                        for clamp, fields in clamps.items()})
 
 
-def _clamp(path, number, name, fields):
-    where = f"set-up {number}, clamp {name[:40]}"
+def clamp_of(path: str, where: str, name: str, fields: Any, said: str) -> Clamp:
+    """The Clamp of one table.  said: its name for the operator.  Raises CycleError that names the file, where and the rule."""
     if not CLAMP_NAME.fullmatch(name):
         _fail(path, where, "its name has other characters than letters, digits, - and _")
     shapes = [key for key in _NUMBERS if key in fields] if isinstance(fields, dict) else []
@@ -80,7 +81,7 @@ def _clamp(path, number, name, fields):
     for axis, a, b in zip("XYZ", low, high):
         if not b > a:
             _fail(path, where, f"it has no extent in {axis} ({a:g} to {b:g})")
-    return Clamp(CYLINDER if shape == "cylinder" else BOX, 0.0, low, high, f"clamp {name} of set-up {number}")
+    return Clamp(CYLINDER if shape == "cylinder" else BOX, 0.0, low, high, said)
 
 
 def corners(shape, values):
@@ -90,6 +91,12 @@ def corners(shape, values):
         return values[:3], values[3:]
     x, y, z_low, z_high, diameter = values
     return (x - diameter / 2, y - diameter / 2, z_low), (x + diameter / 2, y + diameter / 2, z_high)
+
+
+def numbers_of(clamp: Clamp) -> tuple:
+    """("box" or "cylinder", its numbers) of a Clamp that is not turned: corners() the other way round."""
+    low, high = clamp.low, clamp.high
+    return ("cylinder", [*clamp.middle, low[2], high[2], high[0] - low[0]]) if clamp.shape == CYLINDER else ("box", [*low, *high])
 
 
 def clamps_of(path: str, number: int) -> tuple:

@@ -54,13 +54,13 @@ def add_tool_options(parser):
 def run(options):
     """-> exit status."""
     from chipwise.check.run import programs_of
-    from chipwise.setup.job import material_of
+    from chipwise.setup.job import confirmed_of
     if options.jobs is not None and not 1 <= options.jobs <= MAX_JOBS:
         refuse(f'--jobs {options.jobs} is not from 1 to {MAX_JOBS}')
     if options.scheduler is not None and options.jobs is not None:
         refuse('--jobs counts processes of this computer; leave it out with --scheduler')
     arguments = machine_of(options, refuse)
-    arguments.update(assumes=True, completes=True, confirmed=material_of, **tool_of(options.tool, options.diameter, arguments['machine'], refuse))
+    arguments.update(assumes=True, completes=True, confirmed=confirmed_of, **tool_of(options.tool, options.diameter, arguments['machine'], refuse))
     if options.ini or os.environ.get('INI_FILE_NAME'):           # the user's own machine
         from chipwise.machine.limits import axis_limits
         arguments['machine'].limits = axis_limits(arguments['machine'].ini)

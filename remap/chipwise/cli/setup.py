@@ -32,6 +32,9 @@ def add_arguments(parser):
     parser.add_argument('program', metavar='PROGRAM', help='G-code file')
     parser.add_argument('--material', metavar='NAME', default='', help='what the stock is made of, a name of docs/user/materials.md; kept in the job file')
     parser.add_argument('--air', action='store_true', default=None, help='feeds above the stock are as fast as the axes')
+    parser.add_argument('--clamps', type=int, metavar='P', help='number of a set-up of clamps of M256 that is in force with the set-up, 0: none (default: as confirmed before)')
+    parser.add_argument('--clamp-box', action='append', nargs=7, metavar=('NAME', 'X0', 'Y0', 'Z0', 'X1', 'Y1', 'Z1'), help='a clamp of this program: machine units, work coordinates of the first move')
+    parser.add_argument('--clamp-cylinder', action='append', nargs=6, metavar=('NAME', 'X', 'Y', 'Z0', 'Z1', 'D'), help='the same, a cylinder along Z')
     parser.add_argument('--yes', action='store_true', help='confirm the proposal without a question')
     parser.add_argument('--json', metavar='FILE', help='the result as JSON (-: standard output)')
     add_tool_options(parser)
@@ -53,10 +56,12 @@ def run(options):
     settings = _settings(machine)
     _check_material(options.material, settings)
     path = path_of(options.program, settings.path('JOBS'))
+    options.clamps = _clamps(options, path, machine.unit_mm)
     options.air = settings['SETUP_AIR'] if options.air is None else options.air
     exit_on_sigterm()
     progress, lines = Progress(sys.stderr), lines_of(options.program)
-    measured = measure(options.program, machine, names(options.program, machine), material=options.material, progress=lambda line: progress(line / lines), **arguments)
+    measured = measure(options.program, machine, names(options.program, machine), material=options.material, set_up=options.clamps[0], clamps=options.clamps[1],
+                       progress=lambda line: progress(line / lines), **arguments)
     progress.end()
     said = sys.stderr if options.json == '-' else sys.stdout
     print('\n'.join(report(options.program, measured, options.air)), file=said, flush=True)
@@ -92,6 +97,31 @@ def _check_material(name, settings):
         raise UsageError(f'{NAME}: {unnamed(error)}') from error
 
 
+def _clamps(options, path, unit_mm):
+    """(set_up, clamps) of a Job: those asked for, else those that were confirmed before."""
+    from chipwise.clamps import set_ups
+    from chipwise.setup.confirmed import clamps_before
+    from chipwise.setup.job import name_of
+    if options.clamps is options.clamp_box is options.clamp_cylinder is None:
+        return clamps_before(path, options.program)
+    found = {}
+    for shape, rows in (('box', options.clamp_box), ('cylinder', options.clamp_cylinder)):
+        for name, *texts in rows or ():
+            if name in found:
+                refuse(f'the clamp {name[:40]} is named twice')
+            try:
+                values = [float(text) * unit_mm for text in texts]
+                found[name] = set_ups.clamp_of('setup', f'clamp {name[:40]}', name, {shape: values}, f'clamp {name} of the set-up of {name_of(options.program)}')
+            except ValueError:
+                refuse(f'clamp {name[:40]}: {" ".join(texts)[:60]} are not numbers')
+            except CycleError as error:
+                refuse(unnamed(error).removeprefix('setup: ').partition(';')[0])
+    number = options.clamps or 0
+    if not 0 <= number <= set_ups.MAX_SET_UP:
+        refuse(f'--clamps {number} is not from 0 to {set_ups.MAX_SET_UP}')
+    return number, found
+
+
 # ---- confirm -------------------------------------------------------------------------------------------------------
 
 
@@ -100,7 +130,7 @@ def confirm(options, measured, path, said):
     from chipwise.setup import confirmed
     from chipwise.setup import job as jobs
     found, why_not = jobs.state_of(path, options.program, measured.digest)
-    wanted = confirmed.job_of(options.program, measured, options.material, options.air)
+    wanted = confirmed.job_of(options.program, measured, options.material, options.air, *options.clamps)
     shown = printable(path)
     if found == jobs.as_written(wanted):
         print(f'confirmed before, in {shown}', file=said)
@@ -182,6 +212,7 @@ def json_text(options, measured, path, confirmed, trouble):
     stock = measured.stock and {'min': list(measured.stock[0]), 'max': list(measured.stock[1]), 'source': measured.stock[2]}
     return json.dumps({'program': printable(options.program), 'status': 2 if trouble else 0, 'error': trouble and printable(trouble[0]),
                        'error_line': trouble and trouble[1], 'stock': stock, 'material': options.material, 'air': bool(options.air),
+                       'clamps': {'set_up': options.clamps[0], 'own': {name: {'min': clamp.low, 'max': clamp.high} for name, clamp in options.clamps[1].items()}},
                        'tools': [tool.json() for tool in measured.tools], 'dwell_s': result.dwell_s, 'findings': result.findings.count,
                        'notes': result.notes, 'own_m251': measured.has_own_rate, 'confirmed': confirmed,
                        'job': printable(path) if confirmed else None, 'sha256': measured.digest}, indent=1, allow_nan=False) + '\n'

@@ -9,6 +9,8 @@
     tool_shape.py       a tool as the pins describe it
     messages.py         messages of faults and guards
     stock_files.py      M253, M254 and [CHIPWISE]KEEP_STOCK
+    clamps_in_force.py  M256, and the clamps of the loaded program, in front of the guard
+    comment_clamps.py   CLAMP comments of a program
     live_stock.py       [CHIPWISE]KEEP_STOCK while the machine works
     loaded_program.py   what is wrong with a program as soon as it is opened
     limits.py           the limits of chip, power and torque: material, spindle, tool

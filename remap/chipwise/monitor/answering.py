@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A process that reads the loaded program for chipwise-monitor: an order as JSON goes in, an answer as JSON comes out, nobody waits.
 
-Called by set_up.py and shadow.py.
+Called by set_up.py, shadow.py and comment_clamps.py.
 """
 
 import contextlib

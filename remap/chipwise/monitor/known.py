@@ -15,9 +15,10 @@ def checksum(path):
     return zlib.crc32(path.encode("utf-8", "replace")) & LARGEST_S32
 
 
-def show(pins, path, shadow, set_up):
+def show(pins, path, shadow, set_up, comment_clamps):
     """Set the pins.  path: of the loaded program, "" without one."""
-    pins[PROGRAM_READ] = checksum(path) if path and set_up.has_read(path) and (set_up.claims or shadow.has_read(path)) else 0
+    has_read = path and set_up.has_read(path) and (set_up.claims or shadow.has_read(path)) and comment_clamps.has_read(path)
+    pins[PROGRAM_READ] = checksum(path) if has_read else 0
     source = None
     if pins["stock-defined"]:
         source = "assumed" if not pins["certain"] else "job" if set_up.has_stock() else "program"

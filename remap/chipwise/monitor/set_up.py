@@ -10,7 +10,8 @@
  4. Then the pin `job` is TRUE, and chipwise_command switches the feed on when the program starts.  The target is that of the tool in the spindle; 0,
     F stays: for a tool that only goes down, one that the set-up does not know, or one with another diameter than was confirmed.  The feed is at most F
     until the program's first F has put the ceiling in the place of F (glue/volumetric.py).
- 5. check() ends it at once where another program, or the same file with another content, is there: the monitor looks before it says that
+ 5. Its clamps are in front of the guard (clamps_in_force.py) as soon as it has been read, and end with it.  Without them it is not in force.
+ 6. check() ends it at once where another program, or the same file with another content, is there: the monitor looks before it says that
     a program runs.  Its stock goes, too.
 """
 
@@ -20,6 +21,8 @@ import time
 
 from chipwise.program import loaded
 from chipwise.host.clock import patience
+from chipwise.clamps.clamp import Clamp
+from chipwise.monitor.clamps_in_force import JOB
 from chipwise.monitor.answering import Answering
 from chipwise.monitor.saying import Saying
 from chipwise.monitor.shadow import is_idle, to_machine
@@ -34,6 +37,7 @@ from chipwise.stock.store import head_of
 
 CALM_S = 0.3            # without a command: a screen that opens a program and runs it sends several
 AGAIN_S, TRIES = 1.0, 3     # to switch adaptive feed on
+DUE, ASKED = range(2)   # of its clamps
 SAME_DIAMETER = 0.01    # share
 
 
@@ -50,6 +54,7 @@ class SetUp:
         self.claims = False             # there is a set-up, or it is being read
         self.answer, self.tools = None, {}
         self.stock_is_due = False
+        self.clamps = None              # of clamps_in_force.py: DUE, ASKED, then None
         self.in_force = None            # (program, identity) that `job` is TRUE for
         self.ran = self.said_late = self.said_mode = False
         self.asked = 0, 0.0             # how often, and when, adaptive feed was switched on
@@ -81,6 +86,8 @@ class SetUp:
         answer = self.reading.take()
         if answer:
             self._take(answer)
+        if self.answer and not self._has_clamps():
+            return self.claims
         if self.stock_is_due and self.files.stock and not self.files.kept_is_due and not self.pins["request"]:
             self.stock_is_due = False
             with self.working():
@@ -158,6 +165,7 @@ class SetUp:
         self._withdraw()
         with self.working():
             self._give_up_stock()
+            self._give_up_clamps()
         self.loaded, self.answer, self.tools, self.stock_is_due = found, None, {}, False
         self.claims = bool(found and found[1] and found[2])
         self.asked, self.said_mode, self.said_tools = (0, 0.0), False, set()
@@ -172,6 +180,7 @@ class SetUp:
             return
         self.answer, self.tools = answer, {int(number): tool for number, tool in answer["tools"].items()}
         self.stock_is_due = answer["to_machine"] is not None
+        self.clamps = DUE if answer["clamps"] else None
 
     def _runs(self):
         """A program is under way."""
@@ -191,6 +200,37 @@ class SetUp:
         self.asked = 0, 0.0
         if self.pins["run-end"] == RunEnd.WHOLE and self.has_stock() and self.answer:
             self.stock_is_due = True
+        if self.answer and JOB in self.files.clamps.dropped:
+            self.clamps = DUE                   # M256 of the program has taken their place
+
+    # ---- the clamps ------------------------------------------------------------------------------------------------
+
+    def _has_clamps(self):
+        """Whether its clamps are in force, or it has none."""
+        if self.clamps is None:
+            return True
+        if not self.files.stock or self.clamps == DUE and self.pins["request"]:
+            return False
+        if self.clamps == DUE:
+            self.clamps = ASKED
+            reply = self.files.lay_clamps(JOB, [(0, Clamp(shape, turn, tuple(low), tuple(high), name)) for shape, turn, low, high, name in self.answer["clamps"]])
+        else:
+            reply = self.files.clamps.reply
+        if reply == reasons.BUSY:
+            return False
+        self.clamps = None
+        if reply != reasons.DONE:
+            self.answer, self.claims = None, False
+            self._withdraw()
+            problem, remedy = reasons.REASONS[reply]
+            self.saying.tell(f"{self._name()}: its set-up is not used: its clamps are not in force: {problem}; {remedy}")
+            return False
+        return True
+
+    def _give_up_clamps(self):
+        """Of a set-up that has ended."""
+        if self.files.stock and self.files.clamps.has(JOB):
+            self.files.lay_clamps(JOB, [])
 
     # ---- the stock -------------------------------------------------------------------------------------------------
 
@@ -245,6 +285,7 @@ class SetUp:
             stock = "the stock of its M250" if self.answer["to_machine"] is None else f"the stock {self.answer['text']}"
             code = self.answer["keeps_f"]
             feed = f"up to {self.ceiling():g} times F" if self.ceiling() > 1 else f"at most F, because of its {code}" if code else "at most F"
+            stock += f" and its {len(self.answer['clamps'])} clamps" if len(self.answer["clamps"]) > 1 else " and its clamp" if self.answer["clamps"] else ""
             feed += ", and above the stock that of the axes" if self.air() else ""
             self.saying.tell(f"{self._name()}: set up as confirmed, with {stock}; the feed is {feed}")
 

@@ -116,9 +116,17 @@ class StockFiles:
     def put_clamps(self, number):
         """M256; -> the reply."""
         self.component['reply'] = reasons.BUSY
+        return self.with_clamps(lambda table: self.clamps.put(table, number))
+
+    def lay_clamps(self, source, clamps):
+        """ClampsInForce.lay() with the table; -> the reply."""
+        return self.with_clamps(lambda table: self.clamps.lay(table, source, clamps))
+
+    def with_clamps(self, work):
+        """What a function of the clamps' table gives."""
         table = self.stock.clamp_table()
         try:
-            return self.clamps.put(table, number)
+            return work(table)
         finally:
             if table:
                 table.close()

@@ -19,6 +19,7 @@ from chipwise.host.files import printable
 from chipwise.program.loaded import MainProgram
 from chipwise.monitor import known
 from chipwise.monitor.carried_feed import CarriedFeed, mark_of
+from chipwise.monitor.comment_clamps import CommentClamps
 from chipwise.monitor.hints import Hints
 from chipwise.monitor.limits import Limits
 from chipwise.monitor.loaded_program import LoadedProgram
@@ -79,6 +80,7 @@ class Monitor(SpindleTool):
         ini, is_remapped = os.environ.get('INI_FILE_NAME', ''), feed_is_remapped()
         self.shadow = Shadow(component, settings, self.stock_files, ini, self.inform, self.working, is_remapped)
         self.set_up = SetUp(component, settings, self.stock_files, ini, self.inform, self.working, is_remapped)
+        self.comment_clamps = CommentClamps(component, self.stock_files, ini, self.inform)
         self.saying = Saying(self.inform)
         self.limits = Limits(component, settings, self.saying)
         self.spindle_load = SpindleLoad(component, settings, self.say, self.inform)
@@ -130,6 +132,7 @@ class Monitor(SpindleTool):
         pins['program-loaded'] = program
         pins['program-mark'] = mark_of(path)         # before program-running, with which it counts
         pins['program-running'] = running
+        self.stock_files.clamps.follow(running)
         self.carried_feed.follow(path, status.motion_line)
 
     def main_program(self):
@@ -291,7 +294,8 @@ class Monitor(SpindleTool):
         else:
             self.shadow.follow(self.linuxcnc, self.status)
         self.limits.set_up(self.set_up.material(), self.set_up.has_read(self.main_program()))
-        known.show(self.component, self.main_program(), self.shadow, self.set_up)
+        self.comment_clamps.follow(self.linuxcnc, self.status)
+        known.show(self.component, self.main_program(), self.shadow, self.set_up, self.comment_clamps)
 
     def step(self):
         self.machine_tool = self.component['tool-in-spindle']       # before the status, which follows it
@@ -326,4 +330,5 @@ def watch(component, settings, inherited, died):
             time.sleep(POLL_S)
     finally:
         monitor.set_up.end()
+        monitor.comment_clamps.end()
         monitor.stock_files.end()

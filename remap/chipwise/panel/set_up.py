@@ -43,14 +43,15 @@ def measure(order, machine):
     with OwnFolder("setup") as folder:
         try:
             loaded = machine_in_force(order["ini"], scene, folder)
-            found = measured(program, loaded, confirmed.names(program, loaded), stock=stock, material=order["material"], cpu_s=CPU_S)
+            clamps = confirmed.clamps_before(jobs.path_of(program, settings.path("JOBS")), program)
+            found = measured(program, loaded, confirmed.names(program, loaded), stock=stock, material=order["material"], set_up=clamps[0], clamps=clamps[1], cpu_s=CPU_S)
         except Unreadable as error:
             raise CycleError(str(error).partition(";")[0], str(error).partition("; ")[2]) from error
     if found.result.error:
         text, line = found.result.error
         raise CycleError(with_line(text.partition(";")[0], line), text.partition("; ")[2] or "see chipwise check")
     air = settings["SETUP_AIR"]
-    job = confirmed.job_of(program, found, order["material"], air)
+    job = confirmed.job_of(program, found, order["material"], air, *clamps)
     before, _why = jobs.state_of(jobs.path_of(program, settings.path("JOBS")), program, found.digest)
     low, high, source = found.stock
     return {"path_of_program": program, "program": printable(os.path.basename(program)), "stock": [*low, *high], "source": source,

@@ -17,11 +17,21 @@ def names(program, machine):
     return {number: tool.name for number, tool in said.items() if number is not None and tool.name} | remarks(machine.table)
 
 
-def job_of(program, measured, material, air=False):
-    """jobs.Job of a measure.Measured.  air: whether feeds above the stock are to be as fast as the axes."""
+def job_of(program, measured, material, air=False, set_up=0, clamps=None):
+    """jobs.Job of a measure.Measured.  air: whether feeds above the stock are to be as fast as the axes; set_up, clamps: as in a Job."""
     low, high, source = measured.stock
     return jobs.Job(jobs.name_of(program), measured.digest, tuple(low), tuple(high), source, material,
-                    {tool.number: jobs.JobTool(tool.diameter, tool.target, tool.ceiling) for tool in measured.tools}, bool(air))
+                    {tool.number: jobs.JobTool(tool.diameter, tool.target, tool.ceiling) for tool in measured.tools}, bool(air), set_up,
+                    clamps or {})
+
+
+def clamps_before(path, program):
+    """(set_up, clamps) that were confirmed for a program, perhaps as it was before; 0, {} without any."""
+    try:
+        found = jobs.read(path)
+    except CycleError:
+        return 0, {}
+    return (found.set_up, found.clamps) if found.program == jobs.name_of(program) else (0, {})
 
 
 def write(path, program, job):

@@ -12,14 +12,15 @@ import math
 import os
 import re
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NoReturn, Optional
 
-from chipwise.errors import CycleError, braceless
+from chipwise.errors import CycleError, braceless, unnamed
 from chipwise.host.files import open_regular, printable, read_bytes, write_durable
 from chipwise.program import program_file
 from chipwise.rates import MAX_RATE, MM3_PER_CM3
 from chipwise.settings import SETTINGS
+from chipwise.stock.reasons import SET_UPS
 from chipwise.tool_data.geometry import MAX_DIGITS
 
 FORMAT = 1
@@ -45,7 +46,8 @@ class JobTool:
 @dataclass(frozen=True)
 class Job:
     """program: its name; digest: SHA-256; low, high: mm, work coordinates of the first move; source: one of SOURCES; tools: {number: JobTool};
-    air: whether feeds above the stock may be as fast as the axes."""
+    air: whether feeds above the stock may be as fast as the axes; set_up: number of the clamps of M256 that it switches on, 0: none;
+    clamps: {name: Clamp} of its own, mm, work coordinates of the first move."""
 
     program: str
     digest: str
@@ -55,6 +57,14 @@ class Job:
     material: str
     tools: dict
     air: bool = False
+    set_up: int = 0
+    clamps: dict = field(default_factory=dict)
+
+    def obstacles(self, path: str, frame) -> tuple:
+        """All its Clamps, machine coordinates.  path: [CHIPWISE]CLAMPS; frame: of the first move.  Raises CycleError for a set-up that the file does not have."""
+        from chipwise.clamps import set_ups         # needs numpy, which LinuxCNC's task must not load for every machine
+        known = set_ups.clamps_of(path, self.set_up) if self.set_up else ()
+        return (*known, *(clamp.on_machine(frame) for clamp in self.clamps.values()))
 
 
 def path_of(program: str, folder: str = "") -> str:
@@ -76,12 +86,17 @@ def text_of(job: Job) -> str:
     lines = ["# chipwise: the set-up of a program, confirmed by a person; made by chipwise setup", f"format = {FORMAT}",
              f"program = {_quoted(job.program)}", f'sha256 = "{job.digest}"', *([f"material = {_quoted(job.material)}"] if job.material else []),
              *(["air = true              # feeds above the stock are as fast as the axes"] if job.air else []),
+             *([f"clamps = {job.set_up}               # set-up of M256"] if job.set_up else []),
              "", "[stock]                 # mm, work coordinates of the first move",
              f"min = {_numbers(job.low)}", f"max = {_numbers(job.high)}", f'source = "{job.source}"']
     for number, tool in job.tools.items():
         lines += ["", f"[tool.{number}]", f"diameter = {_number(tool.diameter)}"]
         if tool.target is not None:
             lines += [f"target = {_number(tool.target / MM3_PER_CM3)}      # cm3/min", f"ceiling = {_number(tool.ceiling)}      # times F"]
+    for number, (name, clamp) in enumerate(job.clamps.items()):
+        from chipwise.clamps.set_ups import numbers_of
+        shape, values = numbers_of(clamp)
+        lines += ["", f"[clamp.{name}]" + (" " * 14 + "# mm, work coordinates of the first move") * (not number), f"{shape} = {_numbers(values)}"]
     return "\n".join(lines) + "\n"
 
 
@@ -162,7 +177,7 @@ class _Document:
         document = self.document
         if document.get("format") != FORMAT or isinstance(document["format"], bool):
             self._fail(f"format is not {FORMAT}")
-        self._keys(document, ("format", "program", "sha256", "material", "air", "stock", "tool"), "the file")
+        self._keys(document, ("format", "program", "sha256", "material", "air", "clamps", "clamp", "stock", "tool"), "the file")
         program, digest = self._text(document, "program"), self._text(document, "sha256")
         if not _DIGEST.fullmatch(digest):
             self._fail("sha256 is not a digest")
@@ -179,7 +194,26 @@ class _Document:
             self._fail("source of the stock is not one of " + ", ".join(SOURCES))
         if not 1 <= len(tools) <= MAX_TOOLS:
             self._fail(f"it has not from 1 to {MAX_TOOLS} tools")
-        return Job(program, digest, low, high, stock["source"], material, dict(self._tool(name, table) for name, table in tools.items()), air)
+        return Job(program, digest, low, high, stock["source"], material, dict(self._tool(name, table) for name, table in tools.items()), air,
+                   self._set_up(), self._clamps(program))
+
+    def _set_up(self):
+        number = self.document.get("clamps", 0)
+        if not isinstance(number, int) or isinstance(number, bool) or not 0 <= number < SET_UPS:
+            self._fail(f"clamps is not a whole number from 1 to {SET_UPS - 1}")
+        return number
+
+    def _clamps(self, program):
+        if "clamp" not in self.document:
+            return {}
+        from chipwise.clamps import set_ups
+        tables = self._table(self.document, "clamp")
+        if len(tables) > set_ups.MAX_CLAMPS:
+            self._fail(f"it has more than {set_ups.MAX_CLAMPS} clamps")
+        try:
+            return {name: set_ups.clamp_of(self.path, f"clamp {name[:40]}", name, fields, f"clamp {name} of the set-up of {program}") for name, fields in tables.items()}
+        except CycleError as error:
+            self._fail(unnamed(error).partition(";")[0].removeprefix(f"{os.path.basename(self.path)}: "))
 
     def _tool(self, name, table):
         if not (name.isascii() and name.isdigit() and len(name) <= MAX_DIGITS and str(int(name)) == name):
@@ -253,11 +287,16 @@ def digest_of(program: str) -> str:
     return found.hexdigest()
 
 
-def material_of(program: str, settings) -> str:
-    """The material that is confirmed for a program as it is now, "" for none.  settings: [CHIPWISE]."""
+def confirmed_of(program: str, settings) -> Optional[Job]:
+    """The Job that is confirmed for a program as it is now, or None.  settings: [CHIPWISE]."""
     path = path_of(program, settings.path("JOBS"))
     try:
-        job = state_of(path, program, digest_of(program))[0] if os.path.lexists(path) else None
+        return state_of(path, program, digest_of(program))[0] if os.path.lexists(path) else None
     except (OSError, ValueError):
-        job = None
+        return None
+
+
+def material_of(program: str, settings) -> str:
+    """The material of confirmed_of(), "" for none."""
+    job = confirmed_of(program, settings)
     return job.material if job else ""

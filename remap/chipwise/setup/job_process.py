@@ -4,7 +4,7 @@ Called by monitor/set_up.py.
 
     {"ini", "program", "job", "scene"}      job: path of its file; scene: loaded.scene()
     -> {"why": the reason for not using it, or ""; "low", "high": mm, work coordinates of the first move; "to_machine": [turn (rad), offset, G92 offset] of
-        those, null if the program defines its stock itself; "text": the corners; "material": its name, or ""; "tools": {number: [diameter (mm), target (mm3/min) or null, ceiling]},
+        those, null if the program defines its stock itself; "text": the corners; "material": its name, or ""; "clamps": [[shape, turn (degrees), low, high, name]] mm, machine coordinates; "tools": {number: [diameter (mm), target (mm3/min) or null, ceiling]},
         "air": whether feeds above the stock may be as fast as the axes, "keeps_f": the code of the program with which the feed never rises above F, or ""}
 
 The program is read up to its first move only.  Computing time and memory are limited, and LinuxCNC comes first.
@@ -19,7 +19,7 @@ from chipwise.program.program_file import MAX_BYTES, Unreadable
 from chipwise.program.reader import Reader
 from chipwise.errors import CycleError, format_place, unnamed
 from chipwise.host.temp_folder import OwnFolder
-from chipwise.settings import planner_limits_jerk
+from chipwise.settings import load_settings, planner_limits_jerk
 from chipwise.setup import keeps_feed
 from chipwise.setup.job import digest_of, state_of
 from chipwise.setup.measure import PROGRAM
@@ -55,10 +55,13 @@ def answer(order, folder):
     machine = machine_in_force(order["ini"], order["scene"], folder)
     if not machine.has_y:
         return {"why": "this machine is a lathe"}
-    frame = None if job.source == PROGRAM else _frame(order["program"], machine)
+    first = _frame(order["program"], machine) if job.source != PROGRAM or job.clamps else None
+    frame = None if job.source == PROGRAM else first
+    clamps = job.obstacles(load_settings(order["ini"]).path("CLAMPS"), first)
     return {"why": "", "material": job.material, "low": job.low, "high": job.high, "to_machine": frame and [frame.turn, frame.offset, frame.g92],
             "text": f"from {format_place(job.low, machine.unit)} to {format_place(job.high, machine.unit)} {machine.unit}",
             "tools": {number: [tool.diameter, tool.target, tool.ceiling] for number, tool in job.tools.items()},
+            "clamps": [[clamp.shape, clamp.turn, clamp.low, clamp.high, clamp.name] for clamp in clamps],
             "air": job.air and not keeps_feed.code_of(order["program"], order["ini"], MAX_BYTES, keeps_feed.FEEDS_OUT), "keeps_f": keeps_feed.code_of(order["program"], order["ini"], MAX_BYTES)}
 
 

@@ -20,7 +20,7 @@ from chipwise.check.simulate import Simulation
 from chipwise.check.times import CONSTANT, OFF, Timer
 from chipwise.check.tooth_rules import TOOTH_SLACK
 from chipwise.setup.chip_ceiling import ceilings
-from chipwise.setup.job import digest_of
+from chipwise.setup.job import Job, digest_of
 from chipwise.setup.rates import ToolLoad
 
 SAME_Z = 1e-4               # mm: a retract plane at the clearance is clear of the stock
@@ -205,9 +205,9 @@ class Measured:
         return self.time_air_s if air else self.time_with_s
 
 
-def measure(program, machine, names, stock=None, material="", **arguments):
-    """What was measured in a program.  names: {tool number: name}; material: a name, that of the set-up; stock, arguments: those of answer.check."""
-    made = []
+def measure(program, machine, names, stock=None, material="", set_up=0, clamps=None, **arguments):
+    """What was measured in a program.  names: {tool number: name}; material, set_up, clamps: as in a Job; stock, arguments: those of answer.check."""
+    made, wanted = [], Job("", "", (), (), "", material, {}, False, set_up, clamps or {})
 
     def simulated(*parts, **more):
         made[:] = [SetupSimulation(*parts, **more)]
@@ -216,7 +216,7 @@ def measure(program, machine, names, stock=None, material="", **arguments):
         digest = digest_of(program)
     except OSError:
         digest = ""                                     # check says why
-    result = check(program, machine, stock, assumes=True, simulated=simulated, confirmed=lambda _program, _settings: material, **arguments)
+    result = check(program, machine, stock, assumes=True, simulated=simulated, confirmed=lambda _program, _settings: wanted, **arguments)
     if result.error:
         return Measured(result)
     simulation = made[0]

@@ -9,7 +9,7 @@ import ctypes as C
 import math
 
 from chipwise.clib import layout
-from chipwise.stock.shape_comment import CYLINDER
+from chipwise.stock.shape_comment import BOX, CYLINDER
 
 TAKEN_MASK = 0x7fffffff         # of stock-tracker.N.clamps-taken
 
@@ -33,9 +33,19 @@ class ClampTable:
         table.generation += 1
         return table.generation // 2 & TAKEN_MASK
 
+    def rows(self):
+        """rows() of what is in it."""
+        return rows(self._table)
+
     def close(self):
         """Give the memory back."""
         self._table = None
+
+
+def rows(table):
+    """[(shape, turn in degrees, (x, y) of its middle, (half_x, half_y), top)] mm, machine coordinates, of a layout.ClampTable."""
+    return [(CYLINDER if row.is_round else BOX, math.degrees(math.atan2(row.sine, row.cosine)), (row.x, row.y), (row.half_x, row.half_y), row.top)
+            for row in table.clamp[:min(table.count, layout.CLAMPS)]]
 
 
 SIZE = C.sizeof(layout.ClampTable)

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""CLAMP comments of the loaded program: puts their clamps in front of the realtime guard (clamps_in_force.py).  Called by worker.py.
+
+ 1. A program whose file has the word CLAMP is read in a process of its own (monitor/comment_process.py) when it is loaded, and again when the file or the work
+    offset changes.
+ 2. All its clamps are in force from then on until another program is loaded: also before the line of the comment, and for MDI.
+ 3. An answer that comes when the program runs already counts at once: the machine is stopped before a clamp that is still to come.
+ 4. What M256 of the program takes away comes back when the run has ended.
+"""
+
+import os
+
+from chipwise.clamps.clamp import Clamp
+from chipwise.host.files import open_regular
+from chipwise.monitor.answering import Answering
+from chipwise.monitor.clamps_in_force import COMMENTS
+from chipwise.monitor.saying import Saying
+from chipwise.monitor.shadow import is_idle
+from chipwise.program import loaded, program_file
+from chipwise.stock import reasons
+
+PART = 1 << 20
+WORD = b"clamp"
+
+
+def has_word(path):
+    """Whether a file has the word CLAMP."""
+    before = b""
+    try:
+        with open_regular(path, program_file.MAX_BYTES) as file:
+            while part := file.read(PART):
+                if WORD in (before + part).lower():
+                    return True
+                before = part[-len(WORD):]
+    except (OSError, ValueError):
+        pass
+    return False
+
+
+class CommentClamps:
+    """Of one LinuxCNC.  follow() at each look of the monitor."""
+
+    def __init__(self, component, stock_files, ini, inform):
+        """inform: function of a text for the operator."""
+        self.pins, self.files, self.ini = component, stock_files, ini
+        self.saying, self.reading = Saying(inform), Answering("chipwise.monitor.comment_process")
+        self.loaded = None              # (program, identity, work offset) that was asked for
+        self.clamps = []                # [(how many M256 come before it, Clamp)]
+        self.due = self.asked = self.said_late = False
+
+    def follow(self, linuxcnc, status):
+        """At each look; nothing of it waits for the process."""
+        if not self.ini:
+            return
+        self.saying.speak(linuxcnc)
+        if is_idle(linuxcnc, status):
+            self.said_late = False
+            if COMMENTS in self.files.clamps.dropped and not self.pins["program-running"]:
+                self.due = True
+            self._load(status)
+        elif self.reading.child is not None and self.pins["program-running"] and not self.said_late:
+            self.said_late = True
+            self.saying.tell(f"{self._name()} has begun before the clamps of its comments were read, so they are not in force yet")
+        answer = self.reading.take()
+        if answer:
+            self._take(answer)
+        self._lay()
+
+    def has_read(self, program):
+        """Whether nothing more is to come for the loaded program."""
+        return not self.ini or bool(self.loaded and self.loaded[0] == program and self.reading.child is None and not self.due and not self.asked)
+
+    def end(self):
+        """The monitor ends."""
+        self.reading.end()
+
+    def _name(self):
+        return os.path.basename(self.loaded[0])
+
+    def _load(self, status):
+        """Another program, content or work offset: what was before ends."""
+        scene = loaded.scene(status)
+        found = (status.file, loaded.identity(status.file), loaded.place(scene)) if status.file else None
+        if found == self.loaded:
+            return
+        self.reading.end()
+        self.loaded, self.clamps = found, []
+        self.due = self.files.clamps.has(COMMENTS)
+        if found and found[1] and has_word(status.file):
+            self.reading.ask({"ini": self.ini, "program": status.file, "scene": scene})
+
+    def _take(self, answer):
+        if answer["why"]:
+            self.saying.tell(f"{self._name()}: the clamps of its comments are not in force: {answer['why']}")
+            return
+        self.clamps = [(after, Clamp(shape, turn, tuple(low), tuple(high), name)) for after, shape, turn, low, high, name in answer["clamps"]]
+        self.due = bool(self.clamps) or self.files.clamps.has(COMMENTS)
+
+    def _lay(self):
+        """Put them into the table, and say what became of it."""
+        if self.due and self.files.stock and not self.pins["request"] and not self.files.clamps.waits:
+            self.due, self.asked = False, True
+            reply = self.files.lay_clamps(COMMENTS, self.clamps)
+        elif self.asked:
+            reply = self.files.clamps.reply
+        else:
+            return
+        if reply == reasons.BUSY:
+            return
+        self.asked = False
+        if reply != reasons.DONE:
+            problem, remedy = reasons.REASONS[reply]
+            self.saying.tell(f"{self._name()}: the clamps of its comments are not in force: {problem}; {remedy}")
+        elif self.clamps:
+            count = len(self.clamps)
+            self.saying.tell(f"{self._name()}: {count} clamp{'s' * (count > 1)} of its comments: the machine stops before a move comes too near")
