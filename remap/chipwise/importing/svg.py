@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """SVG -> Drawn, by svgelements.  Called by run.py.
 
-Shapes and paths, filled or not; transforms, viewBox and units are svgelements' work.  y points down in SVG and is turned over,
+Shapes and paths that are filled or have a stroke; svg_tree.py chooses what is shown, transforms, viewBox and units are svgelements' work.  y points down in SVG and is turned over,
 so that the lower edge of the page is Y0.  A layer is a group that Inkscape calls one, else the id of the outermost group.
 """
 from chipwise.errors import MM_PER_INCH, braceless
-from chipwise.importing import fit
+from chipwise.importing import fit, svg_tree
 from chipwise.importing.drawn import Drawn, Unreadable, arc, line
 
 PPI = 96.0                              # of CSS, Inkscape since 0.92
@@ -21,8 +21,9 @@ def read(path, tolerance, scale, text=False, layer=None):
     except ImportError:
         raise Unreadable("an SVG drawing needs the Python package svgelements, which is not installed", "apt-get install python3-svgelements") from None
     try:
-        page = svgelements.SVG.parse(path, reify=True, ppi=PPI)
-    except MemoryError:
+        elements, clipped = svg_tree.prepared(path, PPI)
+        page = svgelements.SVG.parse(elements, reify=True, ppi=PPI)
+    except (MemoryError, Unreadable):
         raise
     except Exception as error:          # whatever a damaged file makes of a library
         said = braceless(" ".join(str(error).split())[:80])
@@ -32,6 +33,8 @@ def read(path, tolerance, scale, text=False, layer=None):
     drawn.words.append("unit mm, by the size of its page" if size.endswith(("mm", "cm", "in", "pt", "pc", "q")) else "its page has no size in mm; 96 px are taken as an inch")
     reader = _Reader(svgelements, drawn, tolerance, unit, float(page.height or 0.0), layer)
     reader.group(page, None)
+    if clipped:
+        drawn.words.append(f"{clipped} elements are clipped or masked in the drawing; here their whole outlines count")
     drawn.refuse_other_layers(layer, reader.others)
     return drawn
 
@@ -63,7 +66,10 @@ class _Reader:
             return
         if str(shape.values.get("display", "")) == "none" or str(shape.values.get("visibility", "")) == "hidden":
             return
-        path = shape if isinstance(shape, self.svg.Path) else self.svg.Path(shape)
+        if all(str(shape.values.get(key, "")).strip() == "none" for key in ("fill", "stroke")):
+            self.drawn.left["with neither fill nor stroke"] += 1
+            return
+        path = (shape if isinstance(shape, self.svg.Path) else self.svg.Path(shape)).reify()    # a shape that is turned has its transform still to come
         parts = []
         for segment in path:
             if isinstance(segment, self.svg.Move):
