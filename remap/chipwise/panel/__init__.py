@@ -10,6 +10,7 @@
     load_log.py         what each tool did in a program (tool_log.py), and each operation (operations.py); log_file.py keeps both
     entry.py            a typed line: made, planned, run; entry_process.py plans and runs it, entry_routes.py are the requests about it
     set_ups.py          the set-up of the loaded program, set_up.py in the process of a plan; resumes.py, resume.py the same for what goes on with it
+    clamp_set_ups.py    the set-ups of clamps of the machine
     visitors.py         how many connections and pages an address may have
     server.py           the web server; page/ has its files, page_colours.py their colours
 """

@@ -29,6 +29,7 @@ from chipwise.entry import typed
 from chipwise.entry.planned import CHOPPED
 from chipwise.errors import MM_PER_INCH, CycleError, printable, unnamed
 from chipwise.ini import expanded, values_of
+from chipwise.panel.clamp_set_ups import ClampSetUps
 from chipwise.panel.resumes import Resumes
 from chipwise.panel.set_ups import SetUps
 from chipwise.settings import load_settings
@@ -72,6 +73,7 @@ class Lines:
         self._sent_chop = False         # whether a chop size was sent
         rights = lambda: self._one(self._planning), lambda: self._one(self._acting)
         self.set_ups, self.resumes = SetUps(ini, self._asked, *rights), Resumes(ini, self._asked, *rights)
+        self.clamps = ClampSetUps(ini, self._asked, rights[1])
 
     def _table(self):
         return load_settings(self.ini).path("ENTRY")

@@ -8,6 +8,7 @@ the answer as JSON on standard output.  Called by entry.py; a plan may compute f
     {"do": "guard", "name", "on"}                       name: one of GUARDS; -> {}
     {"do": "part"}                                      a whole stock in place of an assumed one (monitor/shadow.py); -> {}
     {"do": "tool", "ini", "number", "values", "seen"}   of tool_editor.change(); -> its listed()
+    {"do": "clamps", "number"}                          a set-up of M256, 0: none; -> {}
     {"do": "measure"}, {"do": "corner"}, {"do": "confirm"}          set_up.py has them
     {"do": "resume"}, {"do": "go-on"}                   resume.py has them
     any of them -> {"error", "number"}                  number: of the field that is wrong, from 1; 0: not of a field
@@ -19,7 +20,7 @@ import json
 import os
 import sys
 import time
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 from chipwise import entry
 from chipwise.host import language
@@ -126,6 +127,14 @@ def tool(order, machine):
     return editor.listed(path)
 
 
+def clamps(order, machine):
+    """The answer to "clamps": M256 in MDI, where it is done when the monitor has answered; only at rest."""
+    state = machine.read()
+    machine.check(replace(state, incremental=False), state.unit, False)         # M256 means the same in G91
+    machine.send(f"M256 P{int(order['number'])}")
+    return {}
+
+
 def _set_up(order, machine):
     """The answers to "measure", "corner" and "confirm"."""
     from chipwise.panel import set_up           # takes time
@@ -138,7 +147,7 @@ def _resume(order, machine):
     return (resume.plan if order["do"] == "resume" else resume.go_on)(order, machine)
 
 
-_WORK = {"resume": _resume, "go-on": _resume, "plan": plan, "run": run, "guard": guard, "part": part, "tool": tool, "measure": _set_up, "corner": _set_up, "confirm": _set_up}
+_WORK = {"resume": _resume, "go-on": _resume, "plan": plan, "run": run, "guard": guard, "part": part, "tool": tool, "clamps": clamps, "measure": _set_up, "corner": _set_up, "confirm": _set_up}
 
 
 class Seen:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Requests of the page of `chipwise panel` about a typed line, a guard, a new part, a tool or an alarm: the part of server.py's Handler that asks entry.py."""
+"""Requests of the page of `chipwise panel` about a typed line, a guard, a new part, a tool, a clamp or an alarm: the part of server.py's Handler that asks entry.py."""
 
 import math
 import urllib.parse
@@ -8,6 +8,7 @@ from chipwise.errors import CycleError, printable, unnamed
 from chipwise.panel.alarms import StillActive
 from chipwise.panel.entry_process import GUARDS
 from chipwise.setup.job import FARTHEST_MM, MAX_TEXT
+from chipwise.stock.reasons import SET_UPS
 
 HARMLESS = "/plan", "/measure", "/corner", "/resume"        # these change nothing
 MOST_LINE, MOST_S = 10 ** 9, 3600.0         # of a program to resume; s of --time
@@ -33,7 +34,7 @@ class LineRequests:
         elif path == "/resume":
             self.resume(wanted.get("line"), wanted.get("seconds", 0), wanted.get("broke", False), by_token)
         else:
-            self.corner(wanted.get("measured"))
+            self.corner(wanted.get("measured"), wanted.get("machine", False))
 
     def change(self, path, wanted):
         """A request that changes something, with its object; the token was there."""
@@ -47,6 +48,10 @@ class LineRequests:
             self.part()
         elif path == "/confirm":
             self.confirm(wanted.get("measured"))
+        elif path == "/clamp":
+            self.clamp(wanted.get("set_up"), wanted.get("title"), wanted.get("add"), wanted.get("box"), wanted.get("remove"))
+        elif path == "/clamps":
+            self.put_clamps(wanted.get("set_up"))
         elif path == "/go-on":
             self.go_on(wanted.get("resume"))
         elif path == "/tool":
@@ -124,9 +129,35 @@ class LineRequests:
             raise Refused(400, "stock is not six lengths")
         self.send_json(200, self.asked(self.server.lines.set_ups.measure, stock, material, by_token))
 
-    def corner(self, number):
-        """Where the tool is, as a corner of the stock."""
-        self.send_json(200, self._without_error(self.server.lines.set_ups.corner, number))
+    def corner(self, number, in_machine):
+        """Where the tool is, as a corner of the stock, or of a clamp (machine coordinates)."""
+        self.send_json(200, self._without_error(self.server.lines.set_ups.corner, number, in_machine is True))
+
+    def clamps(self):
+        """The set-ups of clamps of the machine, and which of them are in force."""
+        self.send_json(200, self.asked(self.server.lines.clamps.listed, self.server.watch.clamps))
+
+    def clamp(self, number, title, name, box, gone):
+        """Add a clamp to a set-up, or take one out of it."""
+        self._check_set_up(number, 1)
+        if not all(text is None or isinstance(text, str) and len(text) <= MAX_TEXT for text in (title, name, gone)) or (name is None) == (gone is None):
+            raise Refused(400, "title, add or remove is not a text")
+        if name is not None and not (isinstance(box, list) and len(box) == 6 and all(type(value) in (int, float) and abs(value) <= FARTHEST_MM for value in box)):
+            raise Refused(400, "box is not six lengths")
+        found = self._without_error(self.server.lines.clamps.change, number, title, name, box, gone)
+        print(f"chipwise-panel: set-up {number} of clamps is changed in {found['file']}, by the page", flush=True)
+        self.send_json(200, found)
+
+    def put_clamps(self, number):
+        """Put a set-up of clamps in force, 0: none."""
+        self._check_set_up(number, 0)
+        found = self._without_error(self.server.lines.clamps.put, number)
+        print(f"chipwise-panel: M256 P{number}, by the page", flush=True)
+        self.send_json(200, found)
+
+    def _check_set_up(self, number, least):
+        if type(number) is not int or not least <= number < SET_UPS:
+            raise Refused(400, f"set_up is not a whole number from {least} to {SET_UPS - 1}")
 
     def confirm(self, number):
         """Write the job file of the loaded program."""

@@ -53,7 +53,7 @@ FILES = {               # path: folder, file, type
     "/ahead.js": (FOLDER, "ahead.js", "text/javascript"),
     "/sections.js": (FOLDER, "sections.js", "text/javascript"), "/entry.js": (FOLDER, "entry.js", "text/javascript"), "/log.js": (FOLDER, "log.js", "text/javascript"),
     "/buttons.js": (FOLDER, "buttons.js", "text/javascript"),
-    "/resume.js": (FOLDER, "resume.js", "text/javascript"),
+    "/resume.js": (FOLDER, "resume.js", "text/javascript"), "/clamps.js": (FOLDER, "clamps.js", "text/javascript"),
     "/setup.js": (FOLDER, "setup.js", "text/javascript"), "/geometry.js": (FOLDER, "geometry.js", "text/javascript"),
     "/height_shaders.js": (SHARED, "height_shaders.js", "text/javascript"), "/height_view.js": (SHARED, "height_view.js", "text/javascript")}
 HEADERS = (
@@ -150,6 +150,8 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
             self.send_json(200, {"version": version(), "can_change": bool(self.server.token), "local": self.server.visitor(self.connection).local})
         elif path == "/tools.json":
             self.tools()
+        elif path == "/clamps.json":
+            self.clamps()
         elif path == "/codes.json":
             self.codes(query)
         elif path == "/line.json":

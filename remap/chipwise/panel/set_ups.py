@@ -33,8 +33,10 @@ class SetUps:
             self._found[by_token] = self._count, found, time.monotonic()
             return {"measured": self._count, **{name: value for name, value in found.items() if name not in HIDDEN}}
 
-    def corner(self, number):
-        """Where the tool is, in the coordinates of a measurement, or in those in force; or {"error"}."""
+    def corner(self, number, in_machine=False):
+        """Where the tool is, in the coordinates of a measurement, in those in force or in those of the machine; or {"error"}."""
+        if in_machine:
+            return self.ask({"do": "corner", "frame": [0.0, [0.0] * 3, [0.0] * 3]})
         frame = next((found["frame"] for count, found, _then in list(self._found.values()) if count == number), None)
         return self.ask({"do": "corner", "frame": frame})
 

@@ -97,6 +97,7 @@ class Watch:
         self.ended = False
         self.stock = None
         self.stock_error = ""
+        self.clamps = []            # in force: rows of stock/clamp_table.py
         self.run = None
         self.was_running, self.program = False, ""         # at the look before
         self.last = time.monotonic()
@@ -196,6 +197,7 @@ class Watch:
             if self.stock is None:
                 self.stock = self.machine.stock()
             self._generation = self.stock.generation
+            self.clamps = self.stock.clamps_in_force(self.clamps)
             if wanted and now >= self._map_due and self._shown != self._generation:
                 live = self.stock.live()
                 self.tiles.look(live)
@@ -223,7 +225,7 @@ class Watch:
                 "task": {**task, "program": os.path.basename(task["program"])} if task else None,
                 "loads": loads(pins), "power": power(pins), "run": figures(run), "background": background(pins, task, self.alarms),
                 "guards": {"rapid": bool(pins["guard_rapid"]), "flute": bool(pins["guard_flute"])}, "alarms": self.alarms.entries, "stock_error": self.stock_error,
-                "tools": self.log.tools.rows(), "log_error": self.log.error, "pages": self.pages, "path": [self.path.epoch, self.path.count], "ahead": self.ahead.state()}
+                "clamps": self.clamps, "tools": self.log.tools.rows(), "log_error": self.log.error, "pages": self.pages, "path": [self.path.epoch, self.path.count], "ahead": self.ahead.state()}
 
     def wait(self, number, seconds):
         """Wait for a look after `number`.  -> (its number, its text), the same number after so many seconds or at the end."""

@@ -229,6 +229,15 @@ class SharedStock:
         start = self._end_of_cells() + C.sizeof(layout.PathDone)
         return clamp_table.ClampTable(self._memory, start) if len(self._memory) >= start + clamp_table.SIZE else None
 
+    def clamps_in_force(self, before):
+        """clamp_table.rows() of the ClampTable, or `before` while it is being written; [] where the memory has none.  Nothing is written, so the memory may
+        be read-only."""
+        start = self._end_of_cells() + C.sizeof(layout.PathDone)
+        if len(self._memory) < start + clamp_table.SIZE:
+            return []
+        table, again = (layout.ClampTable.from_buffer_copy(self._memory, start) for _ in range(2))
+        return clamp_table.rows(table) if table.generation % 2 == 0 and table.generation == again.generation else before
+
     def part(self, cells, definitions, tries=PART_TRIES):
         """Copy of a part of moment()'s view as it was at one moment of the stock `definitions`, or None."""
         for _ in range(tries):

@@ -20,7 +20,7 @@
     const colour = (name) => getComputedStyle(root).getPropertyValue('--' + name).trim();
     const rgb = (name) => colour(name).match(/[0-9a-f]{2}/gi).map((part) => parseInt(part, 16) / 255);
     const colours = () => ({background: rgb('background'), uncut: rgb('stock'), shallow: rgb('stock-cut'), deep: rgb('stock-deep'),
-                            path: rgb('path-done'), tool: rgb('tool'), ahead: rgb('path-ahead'), rapid: rgb('rapid'), target: rgb('target')});
+                            path: rgb('path-done'), tool: rgb('tool'), ahead: rgb('path-ahead'), rapid: rgb('rapid'), target: rgb('target'), clamp: rgb('clamp')});
     const view = makeHeightView($('view'), colours(), new URLSearchParams(location.search).has('flat'));
     const ahead = makeAhead(view, () => view.colours);
     view.listen(show);
