@@ -120,63 +120,90 @@ PIXELS = """const v = chipwise.view, c = document.createElement('canvas'); v.abo
     return found"""
 
 
-@pytest.mark.skipif(panel_browser.missing() != "", reason=panel_browser.missing() or "a browser")
-def test_in_a_browser(shop, tmp_path):
-    """Read the list, switch a set-up on and see it in the picture, take corners from the tool, draw a box, clear."""
+class Page:
+    """The page in a browser."""
+
+    def __init__(self, driver):
+        self.driver = driver
+
+    def run(self, script, *values):
+        return self.driver.execute_script(script, *values)
+
+    def wait(self, script, what):
+        panel_browser.wait(self.driver, script, what)
+
+    def says(self, text):
+        self.wait(f"document.getElementById('clamps-says').textContent.includes({json.dumps(text)})", text)
+
+    def texts(self, selector):
+        return self.run(f"return Array.from(document.querySelectorAll('{selector}'), (e) => Array.from(e.cells, (c) => c.textContent).slice(0, 4))")
+
+    def press(self, name):
+        self.run(f"document.getElementById('clamps-{name}').click()")
+
+    def clamp_pixels(self):
+        item = colours.load("")["clamp"].colour(self.run("return document.documentElement.dataset.theme"))
+        return self.run(PIXELS, [int(item[k:k + 2], 16) for k in (1, 3, 5)])
+
+
+@pytest.fixture
+def page(shop, tmp_path):
+    """Page and machine, with the section open and P2 in the list."""
     rig, machine, _path = shop
     driver = panel_browser.browser(tmp_path / "browser")
     try:
         rig.looks()
         panel_browser.opened(driver, rig.url + "/")
-
-        def run(script, *values):
-            return driver.execute_script(script, *values)
-
-        def says(text):
-            panel_browser.wait(driver, f"document.getElementById('clamps-says').textContent.includes({json.dumps(text)})", text)
-
-        def texts(selector):
-            return run(f"return Array.from(document.querySelectorAll('{selector}'), (e) => Array.from(e.cells, (c) => c.textContent).slice(0, 4))")
-
-        def press(selector, text):
-            run(f"Array.from(document.querySelectorAll('{selector} button')).find((b) => b.textContent === arguments[0]).click()", text)
-        run("document.getElementById('clamps-open').click()")
-        says("enter the token to change clamps")
-        panel_browser.wait(driver, "document.querySelectorAll('#clamps-rows tr').length === 2", "the clamps of P2")
-        assert texts("#clamps-set-ups tr") == [["P2", "vice", "2", "-"], ["P9", "", "1", "-"]] and texts("#clamps-rows tr")[0][:3] == ["jaw", "box", "10 30 -30"]
-        run("sessionStorage.setItem('chipwise-token', arguments[0])", TOKEN)
-        press("#clamps-set-ups tr", "Switch on")
-        says("in force: P2")
-        panel_browser.wait(driver, "document.querySelectorAll('#clamps-picture .on').length === 2", "both in the picture")
-        assert texts("#clamps-set-ups tr")[0][3] == "in force" and run("return document.getElementById('clamps-count').textContent") == "Clamps in force: 2"
-        for corner, place in enumerate(((-20.0, 5.0, -10.0), (-30.0, 15.5, 2.25))):
-            machine.place = place
-            run(f"document.getElementById('clamps-take{corner}').click()")
-            panel_browser.wait(driver, f"document.getElementById('clamps-n{3 * corner}').value === '{place[0]:g}'", "a corner")
-        run("document.getElementById('clamps-name').value = 'bolt'; document.getElementById('clamps-save').click()")
-        says("saved in clamps.toml")
-        assert set_ups.load(machine.path)[2].clamps["bolt"].low == (-30.0, 5.0, -10.0) and set_ups.load(machine.path)[2].clamps["bolt"].high == (-20.0, 15.5, 2.25)
-        run("""const svg = document.getElementById('clamps-picture'), to = (x, y) => new DOMPoint(x, -y).matrixTransform(svg.getScreenCTM());
-            const send = (kind, x, y) => { const p = to(x, y); svg.dispatchEvent(new PointerEvent(kind, {clientX: p.x, clientY: p.y, pointerId: 1})); };
-            svg.setPointerCapture = () => {};
-            send('pointerdown', 50, 40); send('pointermove', 20, 25); send('pointermove', 45, 20); send('pointerup', 45, 20)""")
-        assert [float(run(f"return document.getElementById('clamps-n{k}').value")) for k in (0, 1, 3, 4)] == pytest.approx([50, 40, 45, 20], abs=0.3)
-        assert run("return document.querySelectorAll('#clamps-picture .new').length") == 1
-        small = run("return Array.from(document.querySelectorAll('#clamps button')).filter((b) => b.offsetHeight < 34 || b.offsetWidth < 34).map((b) => b.textContent)")
-        assert small == [] and run("return [document.documentElement.scrollWidth, document.documentElement.scrollHeight]") == [1024, 768]
-        driver.save_screenshot(str(tmp_path / "section.png"))
-        run("document.getElementById('clamps-close').click()")
-        items = colours.load("")["clamp"]
-        ink = [int(items.colour(run("return document.documentElement.dataset.theme"))[k:k + 2], 16) for k in (1, 3, 5)]
-        assert run("return chipwise.view instanceof HeightView") and run(PIXELS, ink) > 300
-        run("chipwise.view.above(false); chipwise.view.draw()")
-        driver.save_screenshot(str(tmp_path / "stock.png"))
-        run("document.getElementById('clamps-open').click(); document.getElementById('clamps-clear').click()")
-        says("No clamp is in force")
-        assert machine.sent == ["M256 P2", "M256 P0"]
-        run("document.getElementById('clamps-close').click()")
-        panel_browser.wait(driver, "chipwise.state.clamps.length === 0", "no clamp")
-        assert run(PIXELS, ink) < 30
+        found = Page(driver)
+        found.press("open")
+        found.wait("document.querySelectorAll('#clamps-rows tr').length === 2", "the clamps of P2")
+        yield found, machine
         assert [one["message"] for one in driver.get_log("browser") if one["level"] == "SEVERE"] == []
     finally:
         driver.quit()
+
+
+def new_clamps(page, machine):
+    """Corners from the tool, added; then a box that is drawn."""
+    for corner, place in enumerate(((-20.0, 5.0, -10.0), (-30.0, 15.5, 2.25))):
+        machine.place = place
+        page.press(f"take{corner}")
+        page.wait(f"document.getElementById('clamps-n{3 * corner}').value === '{place[0]:g}'", "a corner")
+    page.run("document.getElementById('clamps-name').value = 'bolt'")
+    page.press("save")
+    page.says("saved in clamps.toml")
+    bolt = set_ups.load(machine.path)[2].clamps["bolt"]
+    assert (bolt.low, bolt.high) == ((-30.0, 5.0, -10.0), (-20.0, 15.5, 2.25))
+    page.run("""const svg = document.getElementById('clamps-picture'), to = (x, y) => new DOMPoint(x, -y).matrixTransform(svg.getScreenCTM());
+        const send = (kind, x, y) => { const p = to(x, y); svg.dispatchEvent(new PointerEvent(kind, {clientX: p.x, clientY: p.y, pointerId: 1})); };
+        svg.setPointerCapture = () => {};
+        send('pointerdown', 50, 40); send('pointermove', 20, 25); send('pointermove', 45, 20); send('pointerup', 45, 20)""")
+    assert [float(page.run(f"return document.getElementById('clamps-n{k}').value")) for k in (0, 1, 3, 4)] == pytest.approx([50, 40, 45, 20], abs=0.3)
+    assert page.run("return document.querySelectorAll('#clamps-picture .new').length") == 1
+
+
+@pytest.mark.skipif(panel_browser.missing() != "", reason=panel_browser.missing() or "a browser")
+def test_in_a_browser(page, tmp_path):
+    """Read the list, switch a set-up on and see it in the picture, take corners from the tool, draw a box, clear."""
+    page, machine = page
+    page.says("enter the token to change clamps")
+    assert page.texts("#clamps-set-ups tr") == [["P2", "vice", "2", "-"], ["P9", "", "1", "-"]] and page.texts("#clamps-rows tr")[0][:3] == ["jaw", "box", "10 30 -30"]
+    page.run("sessionStorage.setItem('chipwise-token', arguments[0])", TOKEN)
+    page.run("Array.from(document.querySelectorAll('#clamps-set-ups tr button')).find((b) => b.textContent === 'Switch on').click()")
+    page.says("in force: P2")
+    page.wait("document.querySelectorAll('#clamps-picture .on').length === 2", "both in the picture")
+    assert page.texts("#clamps-set-ups tr")[0][3] == "in force" and page.run("return document.getElementById('clamps-count').textContent") == "Clamps in force: 2"
+    new_clamps(page, machine)
+    small = page.run("return Array.from(document.querySelectorAll('#clamps button')).filter((b) => b.offsetHeight < 34 || b.offsetWidth < 34).map((b) => b.textContent)")
+    assert small == [] and page.run("return [document.documentElement.scrollWidth, document.documentElement.scrollHeight]") == [1024, 768]
+    page.driver.save_screenshot(str(tmp_path / "section.png"))
+    page.press("close")
+    assert page.run("return chipwise.view instanceof HeightView") and page.clamp_pixels() > 300
+    page.driver.save_screenshot(str(tmp_path / "stock.png"))
+    page.press("open")
+    page.press("clear")
+    page.says("No clamp is in force")
+    assert machine.sent == ["M256 P2", "M256 P0"]
+    page.press("close")
+    page.wait("chipwise.state.clamps.length === 0", "no clamp")
+    assert page.clamp_pixels() < 30
