@@ -48,6 +48,15 @@ def test_its_own_files(rig, path):
     assert "Access-Control-Allow-Origin" not in headers
 
 
+def test_the_page_asks_for_what_there_is():
+    """Every path in the page's files is one of the tables, and each of these is asked for."""
+    texts = [(ROOT / "remap/chipwise/panel/page" / name).read_text() for name in os.listdir(server.FOLDER)]
+    routes = {*server.READING, *server.HARMLESS, *server.CHANGES, "/token"}
+    asked = {f"/{name}" for text in texts for name in re.findall(r"""['"`]([a-z-]+(?:\.\w+)?)\??['"`]""", text)}
+    assert routes - asked == {"/state.json"}                # that one is for other programs
+    assert {path for path in asked if path.endswith(".json")} <= routes
+
+
 @pytest.mark.parametrize("path", [
     "/../../../../etc/passwd", "/..%2f..%2f..%2fetc/passwd", "//etc/passwd", "/panel.css/../../__init__.py", "/server.py", "/.", "/%00",
     "/page/panel.html", "/panel.html", "/panel.js%00.css", "\\..\\..\\server.py", "http://127.0.0.1/panel.js", "/panel.js/"])

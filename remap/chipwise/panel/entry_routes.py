@@ -10,7 +10,6 @@ from chipwise.panel.entry_process import GUARDS
 from chipwise.setup.job import FARTHEST_MM, MAX_TEXT
 from chipwise.stock.reasons import SET_UPS
 
-HARMLESS = "/plan", "/measure", "/corner", "/resume"        # these change nothing
 MOST_LINE, MOST_S = 10 ** 9, 3600.0         # of a program to resume; s of --time
 
 
@@ -25,58 +24,31 @@ class Refused(Exception):
 class LineRequests:
     """What a Handler answers about lines; it has server.lines, server.watch, headers and send_json()."""
 
-    def harmless(self, path, wanted, query, by_token):
-        """A request of HARMLESS with its object; by_token: who asks has brought the token."""
-        if path == "/plan":
-            self.plan(wanted, query, by_token)
-        elif path == "/measure":
-            self.measure(wanted.get("stock"), wanted.get("material", ""), by_token)
-        elif path == "/resume":
-            self.resume(wanted.get("line"), wanted.get("seconds", 0), wanted.get("broke", False), by_token)
-        else:
-            self.corner(wanted.get("measured"), wanted.get("machine", False))
+    query = ""          # of the request
+    by_token = False    # who asks for something of HARMLESS has brought the token
 
-    def change(self, path, wanted):
-        """A request that changes something, with its object; the token was there."""
-        if path == "/clear":
-            self.clear(wanted.get("alarm"))
-        elif path == "/run":
-            self.run(wanted.get("plan"))
-        elif path == "/guard":
-            self.guard(wanted.get("guard"), wanted.get("on"))
-        elif path == "/part":
-            self.part()
-        elif path == "/confirm":
-            self.confirm(wanted.get("measured"))
-        elif path == "/clamp":
-            self.clamp(wanted.get("set_up"), wanted.get("title"), wanted.get("add"), wanted.get("box"), wanted.get("remove"))
-        elif path == "/clamps":
-            self.put_clamps(wanted.get("set_up"))
-        elif path == "/go-on":
-            self.go_on(wanted.get("resume"))
-        elif path == "/tool":
-            self.tool(wanted.get("tool"), wanted.get("values"), wanted.get("checksum"))
-        else:
-            raise Refused(404, "there is nothing here")
+    def ask(self, routes, path, wanted):
+        """A request with its object, by its row of HARMLESS or CHANGES."""
+        work, words = routes[path]
+        work(self, *(wanted.get(word, usual) for word, usual in words.items()))
 
     def languages(self):
         """The languages that the browser asks for, in their order."""
         return [part.split(";")[0].strip() for part in (self.headers.get("Accept-Language") or "").split(",")]
 
-    def codes(self, query):
-        """The codes with their data; query: a language, or nothing."""
-        self.send_json(200, self.asked(self.server.lines.codes, [query, *self.languages()]))
+    def codes(self):
+        """The codes with their data; the query is a language, or nothing."""
+        self.send_json(200, self.asked(self.server.lines.codes, [self.query, *self.languages()]))
 
-    def line(self, query):
+    def line(self):
         """The line of G-code of what is typed."""
-        self.send_json(200, self.asked(self.server.lines.line, *self.words(query, "code", "text", "chop")))
+        self.send_json(200, self.asked(self.server.lines.line, *self.words("code", "text", "chop")))
 
-    def plan(self, wanted, query, by_token):
-        """What a typed line does; by_token: who asks has brought the token."""
-        code, text, mode, chop = values = [wanted.get(name, "") for name in ("code", "text", "mode", "chop")]
-        if not all(isinstance(value, str) for value in values):
+    def plan(self, code, text, mode, chop):
+        """What a typed line does; the query is a language, or nothing."""
+        if not all(isinstance(value, str) for value in (code, text, mode, chop)):
             raise Refused(400, "code, text, mode and chop are not texts")
-        self.send_json(200, self.asked(self.server.lines.plan, code, text, mode, [query, *self.languages()], chop, by_token))
+        self.send_json(200, self.asked(self.server.lines.plan, code, text, mode, [self.query, *self.languages()], chop, self.by_token))
 
     def run(self, number):
         """Run the line that was planned last."""
@@ -121,13 +93,13 @@ class LineRequests:
         print(f"chipwise-panel: tool {number} is changed in {found['file']}, by the page", flush=True)
         self.send_json(200, found)
 
-    def measure(self, stock, material, by_token):
-        """What the loaded program cuts in a stock; by_token: who asks has brought the token."""
+    def measure(self, stock, material):
+        """What the loaded program cuts in a stock."""
         if not (isinstance(material, str) and len(material) <= MAX_TEXT and (material.isprintable() or not material)):
             raise Refused(400, f"material is not a text of at most {MAX_TEXT} characters")
         if stock is not None and not (isinstance(stock, list) and len(stock) == 6 and all(type(value) in (int, float) and abs(value) <= FARTHEST_MM for value in stock)):
             raise Refused(400, "stock is not six lengths")
-        self.send_json(200, self.asked(self.server.lines.set_ups.measure, stock, material, by_token))
+        self.send_json(200, self.asked(self.server.lines.set_ups.measure, stock, material, self.by_token))
 
     def corner(self, number, in_machine):
         """Where the tool is, as a corner of the stock, or of a clamp (machine coordinates)."""
@@ -167,13 +139,13 @@ class LineRequests:
         print(f"chipwise-panel: {found['file']} is confirmed, by the page", flush=True)
         self.send_json(200, found)
 
-    def resume(self, line, seconds, broke, by_token):
-        """What would go on with the loaded program; by_token: who asks has brought the token."""
+    def resume(self, line, seconds, broke):
+        """What would go on with the loaded program."""
         if line is not None and not (type(line) is int and 1 <= line <= MOST_LINE):
             raise Refused(400, "line is not a whole number from 1")
         if type(seconds) not in (int, float) or not 0 <= seconds <= MOST_S or not isinstance(broke, bool):
             raise Refused(400, f"seconds is not a number from 0 to {MOST_S:g}, or broke is not true or false")
-        self.send_json(200, self.asked(self.server.lines.resumes.plan, line, float(seconds), broke, by_token))
+        self.send_json(200, self.asked(self.server.lines.resumes.plan, line, float(seconds), broke, self.by_token))
 
     def go_on(self, number):
         """Write and open the program that goes on."""
@@ -209,10 +181,28 @@ class LineRequests:
         except CycleError as error:
             raise Refused(409, printable(unnamed(error))) from error
 
-    def words(self, query, *names):
-        """Values of names in a query, "" for one that is not in it."""
+    def words(self, *names):
+        """Values of names in the query, "" for one that is not in it."""
         try:
-            found = urllib.parse.parse_qs(query, keep_blank_values=True, max_num_fields=len(names))
+            found = urllib.parse.parse_qs(self.query, keep_blank_values=True, max_num_fields=len(names))
         except ValueError as error:
             raise Refused(400, "the request asks for too much") from error
         return [found.get(name, [""])[0] for name in names]
+
+
+# Path: what answers it, the words of the request's object that it takes, in its order, and what each is if it is not there.
+HARMLESS = {            # these change nothing
+    "/plan": (LineRequests.plan, {"code": "", "text": "", "mode": "", "chop": ""}),
+    "/measure": (LineRequests.measure, {"stock": None, "material": ""}),
+    "/corner": (LineRequests.corner, {"measured": None, "machine": False}),
+    "/resume": (LineRequests.resume, {"line": None, "seconds": 0, "broke": False})}
+CHANGES = {             # these need the token
+    "/clear": (LineRequests.clear, {"alarm": None}),
+    "/run": (LineRequests.run, {"plan": None}),
+    "/guard": (LineRequests.guard, {"guard": None, "on": None}),
+    "/part": (LineRequests.part, {}),
+    "/confirm": (LineRequests.confirm, {"measured": None}),
+    "/clamp": (LineRequests.clamp, {"set_up": None, "title": None, "add": None, "box": None, "remove": None}),
+    "/clamps": (LineRequests.put_clamps, {"set_up": None}),
+    "/go-on": (LineRequests.go_on, {"resume": None}),
+    "/tool": (LineRequests.tool, {"tool": None, "values": None, "checksum": None})}

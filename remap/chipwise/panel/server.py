@@ -33,7 +33,7 @@ from chipwise import version
 from chipwise.host import language
 from chipwise.host.clock import patience
 from chipwise.panel import colours
-from chipwise.panel.entry_routes import HARMLESS, LineRequests, Refused
+from chipwise.panel.entry_routes import CHANGES, HARMLESS, LineRequests, Refused
 from chipwise.panel.entry import Lines
 from chipwise.panel.page_colours import stylesheet
 from chipwise.panel.visitors import Visitors
@@ -47,15 +47,11 @@ MOST_BODY = 4096        # bytes of a request
 WAIT_S = 5.0            # without a look at the machine, until a stream sends something all the same
 FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "page")
 SHARED = os.path.join(os.path.dirname(FOLDER), os.pardir, "drawing")
+SCRIPTS = {FOLDER: ("panel.js", "chart.js", "loads.js", "ahead.js", "sections.js", "entry.js", "log.js", "buttons.js", "resume.js", "clamps.js", "setup.js", "geometry.js"),
+           SHARED: ("height_shaders.js", "height_view.js")}
 FILES = {               # path: folder, file, type
     "/": (FOLDER, "panel.html", "text/html"), "/panel.css": (FOLDER, "panel.css", "text/css"),
-    "/panel.js": (FOLDER, "panel.js", "text/javascript"), "/chart.js": (FOLDER, "chart.js", "text/javascript"), "/loads.js": (FOLDER, "loads.js", "text/javascript"),
-    "/ahead.js": (FOLDER, "ahead.js", "text/javascript"),
-    "/sections.js": (FOLDER, "sections.js", "text/javascript"), "/entry.js": (FOLDER, "entry.js", "text/javascript"), "/log.js": (FOLDER, "log.js", "text/javascript"),
-    "/buttons.js": (FOLDER, "buttons.js", "text/javascript"),
-    "/resume.js": (FOLDER, "resume.js", "text/javascript"), "/clamps.js": (FOLDER, "clamps.js", "text/javascript"),
-    "/setup.js": (FOLDER, "setup.js", "text/javascript"), "/geometry.js": (FOLDER, "geometry.js", "text/javascript"),
-    "/height_shaders.js": (SHARED, "height_shaders.js", "text/javascript"), "/height_view.js": (SHARED, "height_view.js", "text/javascript")}
+    **{f"/{name}": (folder, name, "text/javascript") for folder, names in SCRIPTS.items() for name in names}}
 HEADERS = (
     ("Cache-Control", "no-store"), ("X-Content-Type-Options", "nosniff"), ("Referrer-Policy", "no-referrer"),
     ("Cross-Origin-Resource-Policy", "same-origin"), ("X-Frame-Options", "DENY"),
@@ -130,36 +126,35 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
 
     def get(self):
         self.server.in_time(self.connection)
-        path, _, query = self.path.partition("?")
+        path, _, self.query = self.path.partition("?")
         if path in FILES:
-            folder, name, kind = FILES[path]
-            with open(os.path.join(folder, name), "rb") as file:
-                self.send(200, file.read(), kind)
-        elif path == "/strings.json":
-            name, texts = language.catalogue([query, *self.languages()])
-            self.send_json(200, {"language": name, "strings": texts})
-        elif path == "/colours.css":
-            self.send(200, stylesheet(self.server.items).encode(), "text/css")
-        elif path == "/state.json":
-            self.send(200, self.server.watch.text, "application/json")
-        elif path == "/log.json":
-            with self.server.watch.published:
-                found = self.server.watch.log.shown()
-            self.send_json(200, found)
-        elif path == "/about.json":
-            self.send_json(200, {"version": version(), "can_change": bool(self.server.token), "local": self.server.visitor(self.connection).local})
-        elif path == "/tools.json":
-            self.tools()
-        elif path == "/clamps.json":
-            self.clamps()
-        elif path == "/codes.json":
-            self.codes(query)
-        elif path == "/line.json":
-            self.line(query)
-        elif path == "/stream":
-            self.stream()
+            self.file(*FILES[path])
+        elif path in READING:
+            READING[path](self)
         else:
             raise Refused(404, "there is nothing here")
+
+    def file(self, folder, name, kind):
+        with open(os.path.join(folder, name), "rb") as file:
+            self.send(200, file.read(), kind)
+
+    def strings(self):
+        name, texts = language.catalogue([self.query, *self.languages()])
+        self.send_json(200, {"language": name, "strings": texts})
+
+    def style(self):
+        self.send(200, stylesheet(self.server.items).encode(), "text/css")
+
+    def state(self):
+        self.send(200, self.server.watch.text, "application/json")
+
+    def log(self):
+        with self.server.watch.published:
+            found = self.server.watch.log.shown()
+        self.send_json(200, found)
+
+    def about(self):
+        self.send_json(200, {"version": version(), "can_change": bool(self.server.token), "local": self.server.visitor(self.connection).local})
 
     def stream(self):
         """Messages until the page, LinuxCNC or this program ends."""
@@ -188,20 +183,23 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
     # --- changing -----------------------------------------------------------------------------------------------
 
     def post(self):
-        path, _, query = self.path.partition("?")
+        path, _, self.query = self.path.partition("?")
         if path in HARMLESS:
             self.check_own_page()
             given = self.headers.get("X-Chipwise-Token")
             if given or not self.server.visitor(self.connection).local:
                 self.check_token()
-            self.harmless(path, self.body(), query, bool(given))
+            self.by_token = bool(given)
+            self.ask(HARMLESS, path, self.body())
             return
         self.check_token()
         wanted = self.body()
         if path == "/token":
             self.send_json(200, {"done": True})
+        elif path in CHANGES:
+            self.ask(CHANGES, path, wanted)
         else:
-            self.change(path, wanted)
+            raise Refused(404, "there is nothing here")
 
     def check_own_page(self):
         """Raise Refused unless the request names its origin, which check_origin() has compared."""
@@ -233,6 +231,12 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
         if not isinstance(found, dict):
             raise Refused(400, "the request is not a JSON object")
         return found
+
+
+READING = {             # path: what answers it
+    "/strings.json": Handler.strings, "/colours.css": Handler.style, "/state.json": Handler.state, "/log.json": Handler.log,
+    "/about.json": Handler.about, "/tools.json": Handler.tools, "/clamps.json": Handler.clamps, "/codes.json": Handler.codes, "/line.json": Handler.line,
+    "/stream": Handler.stream}
 
 
 class Server(ThreadingHTTPServer):
