@@ -2,13 +2,12 @@
 """Almost straight arcs, as FreeCAD writes them for lines: check, rewrite and filter read them as LinuxCNC's motion runs them."""
 
 import math
-import subprocess
 
 import pytest
 
 from chipwise.program.reader import Machine, Reader
 from chipwise.program.records import ARC
-from support import ROOT
+from support import ROOT, forked
 from support.check_runs import CHIPWISE, HEAD, STOCK, chipwise_check, mill_with_tools
 from support.filter_runs import mill_ini, run as run_filter
 
@@ -47,8 +46,7 @@ def test_rewrite(tmp_path, machine):
     """The moves are the line's, to 1e-6 mm in what LinuxCNC reads back."""
     before, after = tmp_path / "arc.ngc", tmp_path / "out.ngc"
     before.write_text(LINE.format(ARCS["XY"]))
-    done = subprocess.run([CHIPWISE, "rewrite", str(before), "-o", str(after), "--feed", "2", "--ini", str(machine)], cwd=ROOT, text=True,
-                          stdin=subprocess.DEVNULL, capture_output=True, timeout=120)
+    done = forked.run([CHIPWISE, "rewrite", before, "-o", after, "--feed", "2", "--ini", machine], cwd=ROOT, timeout=120)
     assert done.returncode == 0, done.stdout + done.stderr
     with Reader(str(after), Machine(str(machine))) as reader:
         rows = [row for block in reader for row in block.tolist() if row[0] == ARC]

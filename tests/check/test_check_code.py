@@ -14,7 +14,7 @@ from chipwise.errors import CycleError
 from chipwise.panel import look_ahead_process
 from chipwise.pattern.job import PatternJob
 from chipwise.pattern.run import read_pattern
-from support import ROOT, canon
+from support import ROOT, canon, forked
 from support.check_runs import CHIPWISE, SLOT, chipwise_check, mill_with_tools
 from support.filter_runs import mill_ini, run as run_filter
 
@@ -134,8 +134,7 @@ def test_remapped_codes_of_the_machine_run(folder, machine):
 def test_the_other_commands(folder, machine, command, name):
     (folder / "part.ngc").write_text(text_of(RUNS[name], folder))
     options = ["-o", str(folder / "out.ngc"), "--flute"] if command == "rewrite" else []
-    done = subprocess.run([CHIPWISE, command, str(folder / "part.ngc"), "--ini", str(machine), *options], text=True, capture_output=True,
-                          stdin=subprocess.DEVNULL, timeout=60)
+    done = forked.run([CHIPWISE, command, folder / "part.ngc", "--ini", machine, *options], timeout=60)
     said = done.stdout + done.stderr
     assert done.returncode and f"(line {LINE})" in said and "Traceback" not in said and not (folder / MARK).exists(), said
 

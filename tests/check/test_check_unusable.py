@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from support import ROOT
+from support import ROOT, forked
 from support.check_runs import CHIPWISE, HEAD, STOCK, SLOT, chipwise_check, mill_with_tools
 
 
@@ -58,14 +58,13 @@ def test_unusable_files(tmp_path):
         file.truncate(200_000_000)
     os.mkfifo(tmp_path / "fifo.ngc")
     for path, said in ((big, "200 MB"), (tmp_path / "none.ngc", "No such file"), (tmp_path / "fifo.ngc", "regular file")):
-        done = subprocess.run([CHIPWISE, "check", str(path)], text=True, capture_output=True, timeout=300, check=False)
+        done = forked.run([CHIPWISE, "check", path], timeout=300)
         assert done.returncode == 2 and said in done.stdout
-    done = subprocess.run([CHIPWISE, "check", str(tmp_path / "folder")], text=True, capture_output=True, timeout=300, check=False)
+    done = forked.run([CHIPWISE, "check", tmp_path / "folder"], timeout=300)
     assert done.returncode == 2 and "no program" in done.stderr
     for options in (["--jobs", "0"], ["--cell", "0"], ["--ini", "/nowhere.ini"], ["--json", "/nowhere/x.json"],
                     ["--stock", "0", "0", "0", "0", "1", "1"], ["--time-limit", "nan"]):
-        done = subprocess.run([CHIPWISE, "check", str(tmp_path / "none.ngc"), *options], text=True, capture_output=True,
-                              timeout=300, check=False)
+        done = forked.run([CHIPWISE, "check", tmp_path / "none.ngc", *options], timeout=300)
         assert done.returncode == 2 and done.stderr.startswith("chipwise: check: "), options
         assert len(done.stderr.strip().splitlines()) == 1
 

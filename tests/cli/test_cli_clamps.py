@@ -2,7 +2,6 @@
 """bin/chipwise clamps: the file of the set-ups is listed, shown and changed; what is wrong is refused, and the file is then as before."""
 import json
 import os
-import subprocess
 import tomllib
 
 import pytest
@@ -11,7 +10,7 @@ from chipwise.options.machine import UsageError
 from chipwise.cli import run
 from chipwise.clamps import set_ups
 from chipwise.errors import CycleError
-from support import ROOT
+from support import forked
 
 TEXT = """# mine
 [set_up.2]
@@ -25,8 +24,7 @@ cylinder = [90.0, 60.0, -90.0, -65.0, 12.0]
 
 
 def clamps(path, *arguments):
-    return subprocess.run([os.path.join(ROOT, 'bin', 'chipwise'), 'clamps', *(['--file', str(path)] if path else []), *arguments],
-                          text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=60, check=False)
+    return forked.run([forked.CHIPWISE, 'clamps', *(['--file', path] if path else []), *arguments], timeout=60)
 
 
 def test_list_show_add_and_remove(tmp_path):

@@ -4,10 +4,10 @@
 import math
 import os
 import re
-import subprocess
 import xml.etree.ElementTree as ElementTree
 
 import pytest
+from support import forked
 
 from chipwise.cli import contour
 from chipwise.drawing import contour as picture
@@ -68,9 +68,7 @@ M2
 
 
 def chipwise(*arguments, env=None):
-    return subprocess.run([os.path.join(ROOT, 'bin', 'chipwise'), 'contour', *map(str, arguments)], text=True,
-                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          env={**os.environ, 'INI_FILE_NAME': '', **(env or {})})
+    return forked.run([forked.CHIPWISE, 'contour', *arguments], env={**os.environ, 'INI_FILE_NAME': '', **(env or {})}, timeout=300)
 
 
 @pytest.fixture

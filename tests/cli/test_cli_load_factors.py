@@ -4,22 +4,20 @@
 import errno
 import json
 import os
-import subprocess
 
 import pytest
+from support import forked
 
 from chipwise.cli import build_parser
 from chipwise.cli import load_factors as command
 from chipwise.options.machine import UsageError
 from chipwise.tool_data import load_factors
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 KEPT = {(3, '6061'): 1.312, (3, 'C45'): 0.9, (12, '6061'): 2.0, (12, 'old "x"'): 1.5}
 
 
 def factors(*arguments, **env):
-    return subprocess.run([os.path.join(ROOT, 'bin', 'chipwise'), 'load-factors', *map(str, arguments)], text=True, stdin=subprocess.DEVNULL, capture_output=True,
-                          env={**os.environ, 'INI_FILE_NAME': '', **env})
+    return forked.run([forked.CHIPWISE, 'load-factors', *arguments], env={**os.environ, 'INI_FILE_NAME': '', **env}, timeout=60)
 
 
 @pytest.fixture(name='path')

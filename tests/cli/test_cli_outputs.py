@@ -3,11 +3,10 @@
 
 import os
 import shutil
-import subprocess
 
 import pytest
 
-from support import ROOT
+from support import ROOT, forked
 
 PROGRAM = "G21 G90\nT1 M6\nM250 P0 Q0 R-5 I20 J20 K5\nF300 S1000 M3\nG0 X-10 Y10 Z5\nG1 Z-1\nG1 X30\nG0 Z5\nM2\n"
 STATIONS = "[station.1]\n1 = [0.0, 0.0, 0.0]\n2 = [10.0, 0.0, 0.0]\n3 = [0.0, 10.0, 0.0]\n"
@@ -16,8 +15,7 @@ INI = os.path.join(ROOT, "configs", "mill.ini")
 
 def chipwise(folder, *arguments):
     """CompletedProcess of a command in a folder."""
-    return subprocess.run([os.path.join(ROOT, "bin", "chipwise"), *arguments], cwd=folder, text=True, capture_output=True,
-                          stdin=subprocess.DEVNULL, check=False)
+    return forked.run([forked.CHIPWISE, *arguments], cwd=folder, timeout=120)
 
 
 # (what is read, its content or the file it is a copy of, the command on it, what the message calls it)

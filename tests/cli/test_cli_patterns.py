@@ -4,19 +4,17 @@
 import json
 import os
 import re
-import subprocess
 import xml.etree.ElementTree as ET
 
 import pytest
 
-from support import ROOT
+from support import forked
 
 GOOD = "(Bar: a line {} <long> & an arc)\no100 sub\nG0 X2 Y1\nG0 Z3\nG1 Z-1.5 F100\nX12\nG3 X12 Y5 J2\nG0 Z9\no100 endsub\n"
 
 
 def patterns(*arguments, ini="", cwd=None):
-    return subprocess.run([str(ROOT / "bin" / "chipwise"), "patterns", *map(str, arguments)], text=True, stdin=subprocess.DEVNULL, capture_output=True,
-                          env={**os.environ, "INI_FILE_NAME": str(ini)}, cwd=cwd, errors="surrogateescape")
+    return forked.run([forked.CHIPWISE, "patterns", *arguments], env={**os.environ, "INI_FILE_NAME": str(ini)}, cwd=cwd, timeout=600, errors="surrogateescape")
 
 
 @pytest.fixture

@@ -3,17 +3,16 @@
 
 import json
 import os
-import subprocess
 
 import pytest
+from support import forked
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 GOOD = '[station.3]      # vice\n1 = [100, 50, -20]\n2 = [300, 50, -20.02]\n3 = [100, 200, -20.01]\n4 = [300, 200, -20]\n'
 
 
 def stations(path, *arguments, env=None):
-    return subprocess.run([os.path.join(ROOT, 'bin', 'chipwise'), 'stations', *(['--file', str(path)] if path else []), *arguments],
-                          text=True, stdin=subprocess.DEVNULL, capture_output=True, env={**os.environ, 'INI_FILE_NAME': '', **(env or {})})
+    return forked.run([forked.CHIPWISE, 'stations', *(['--file', path] if path else []), *arguments],
+                      env={**os.environ, 'INI_FILE_NAME': '', **(env or {})}, timeout=60)
 
 
 @pytest.fixture

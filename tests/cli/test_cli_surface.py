@@ -9,7 +9,7 @@ import subprocess
 
 import numpy as np
 import pytest
-from support import ROOT, surface_cases, surface_judge
+from support import ROOT, forked, surface_cases, surface_judge
 from support.canon import run_rs274
 
 from chipwise.clib.height_map import Shape
@@ -19,9 +19,11 @@ OLD = "an older program\n"
 
 
 def surface(*arguments, env=None, most_bytes=None):
-    return subprocess.run([ROOT / "bin" / "chipwise", "surface", *map(str, arguments)], text=True, stdin=subprocess.DEVNULL, capture_output=True,
-                          env={**os.environ, "INI_FILE_NAME": "", **(env or {})}, timeout=300, check=False,
-                          preexec_fn=most_bytes and (lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, most_bytes))))
+    command, env = [forked.CHIPWISE, "surface", *map(str, arguments)], {**os.environ, "INI_FILE_NAME": "", **(env or {})}
+    if most_bytes is None:
+        return forked.run(command, env=env, timeout=300)
+    return subprocess.run(command, text=True, stdin=subprocess.DEVNULL, capture_output=True, env=env, timeout=300, check=False,
+                          preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, most_bytes)))
 
 
 @pytest.fixture

@@ -3,13 +3,12 @@
 
 import os
 import re
-import subprocess
 
 import pytest
 
 from chipwise.cli import new_config
 from chipwise.machine.sample_folder import sample_files
-from support import ROOT
+from support import ROOT, forked
 
 PATHS = re.compile(r'(HALFILE|POSTGUI_HALFILE|PYVCP|TOOL_TABLE|TOOL_GEOMETRY|STATIONS|CLAMPS|TOPLEVEL|PATH_PREPEND|OPEN_FILE|PROGRAM_PREFIX'
                    r'|PATTERNS|SUBROUTINE_PATH) = (.*)')
@@ -17,8 +16,7 @@ ABSENT = 'stations.toml', 'clamps.toml'         # made when first needed
 
 
 def chipwise(*arguments, **options):
-    return subprocess.run([ROOT / 'bin' / 'chipwise', *map(str, arguments)], text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, **options)
+    return forked.run([forked.CHIPWISE, *arguments], timeout=60, **options)
 
 
 def content(folder):

@@ -2,6 +2,7 @@
 """A forked bin/chipwise, preview or rs274 (support/forked.py) is one that an interpreter was started for: the same output, status, surroundings and end."""
 import json
 import os
+import shutil
 import signal
 import subprocess
 import threading
@@ -55,6 +56,19 @@ def test_the_same_answer(name, text, tmp_path):
         (tmp_path / name).write_text(text)
     ours, theirs = both(tmp_path, "check", name)
     assert ours == theirs
+
+
+@pytest.mark.parametrize("command", [f"contour {ROOT}/nc_files/contour.ngc --sub 100 --tool 12 -o out.svg", f"patterns --folder {ROOT}/nc_files/patterns --json out.svg",
+                                     "surface none.stl -o out.svg --tool 4 --step 1", "new-config out.svg"])
+def test_the_same_answer_and_file(command, tmp_path):
+    """With what is written to the output file."""
+    found = []
+    for call in (forked.run, subprocess.run):
+        how = {} if call is forked.run else {"text": True, "stdin": subprocess.DEVNULL, "capture_output": True}
+        done, out = call([forked.CHIPWISE, *command.split()], timeout=300, cwd=tmp_path, **how), tmp_path / "out.svg"
+        found.append((done.returncode, done.stdout, done.stderr, out.is_file() and out.read_bytes()))
+        shutil.rmtree(out) if out.is_dir() else out.unlink(missing_ok=True)
+    assert found[0] == found[1] and (found[0][3] or done.returncode == 2 or "new-config" in command), found
 
 
 def test_usage_is_refused_the_same(tmp_path):

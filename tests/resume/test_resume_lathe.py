@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """`chipwise resume` on a lathe says what G26 will do, which goes on by itself."""
 import shutil
-import subprocess
 
 import pytest
 
@@ -11,9 +10,8 @@ from chipwise.turning import resume as rest, stock_file
 from chipwise.turning.plan import make_plan
 from chipwise.turning.read_part import Machine, job_of, make_order
 from chipwise.turning.request import read_program, read_request
-from support import ROOT
+from support import ROOT, forked
 
-CHIPWISE = str(ROOT / "bin" / "chipwise")
 STEP = 2                    # stages that are done
 
 
@@ -37,8 +35,7 @@ def make_lathe(tmp_path):
 
 
 def resume(program, ini, *options):
-    done = subprocess.run([CHIPWISE, "resume", str(program), "--ini", str(ini), *options], text=True, stdin=subprocess.DEVNULL, capture_output=True, timeout=300,
-                          check=False)
+    done = forked.run([forked.CHIPWISE, "resume", program, "--ini", ini, *options], timeout=300)
     assert "Traceback" not in done.stderr and "internal error" not in done.stderr
     return done.returncode, done.stdout, done.stderr
 

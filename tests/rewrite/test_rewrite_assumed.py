@@ -2,10 +2,10 @@
 """bin/chipwise rewrite on programs that name no stock or no tool: what it assumes is said, and makes nothing less safe."""
 
 import re
-import subprocess
 
 import pytest
 
+from support import forked
 from support.check_runs import CHIPWISE, mill_with_tools
 
 # a groove 2 mm deep below Z0, a tool that only a comment names
@@ -22,7 +22,7 @@ def rewrite(tmp_path, machine, text, *options):
     """-> (exit status, what is said, the new text)."""
     (tmp_path / "part.ngc").write_text(text)
     out = tmp_path / "out.ngc"
-    done = subprocess.run([CHIPWISE, "rewrite", tmp_path / "part.ngc", "-o", out, "--ini", machine, *options], capture_output=True, text=True, timeout=120)
+    done = forked.run([CHIPWISE, "rewrite", tmp_path / "part.ngc", "-o", out, "--ini", machine, *options], timeout=120)
     return done.returncode, done.stdout + done.stderr, out.read_text() if out.exists() else None
 
 

@@ -2,10 +2,9 @@
 """Lines behind M2, which LinuxCNC does not read: as long as they are, `rewrite` copies them.
 
 Reading took time with the square of the length: minutes for these."""
-import subprocess
 
 import pytest
-from support import ROOT
+from support import ROOT, forked
 
 LONG = 200_000
 PROGRAM = "G21 G90\nM250 P0 Q0 R-10 I50 J50 K10\nT1 M6\nG43\nG0 Z5 X-10 Y10\nF500 M3 S1000\nG1 Z-1\nG1 X60\nG0 Z5\nM2\n"
@@ -16,6 +15,5 @@ PROGRAM = "G21 G90\nM250 P0 Q0 R-10 I50 J50 K10\nT1 M6\nG43\nG0 Z5 X-10 Y10\nF50
 def test_a_long_line_behind_the_end(tmp_path, line):
     (tmp_path / "part.ngc").write_text(PROGRAM + line + "\n")
     for kind in (["--flute"], ["--feed", "5"]):
-        done = subprocess.run([ROOT / "bin" / "chipwise", "rewrite", tmp_path / "part.ngc", "-o", tmp_path / "out.ngc", *kind, "--ini", ROOT / "configs" / "mill.ini"],
-                              text=True, stdin=subprocess.DEVNULL, capture_output=True, timeout=60, check=False)
+        done = forked.run([forked.CHIPWISE, "rewrite", tmp_path / "part.ngc", "-o", tmp_path / "out.ngc", *kind, "--ini", ROOT / "configs" / "mill.ini"], timeout=60)
         assert done.returncode == 0 and line in (tmp_path / "out.ngc").read_text(), done.stderr[:500]

@@ -25,7 +25,7 @@ sys.path[0] = os.path.join(ROOT, 'remap')
 sys.path.append(os.path.join(ROOT, 'tests', 'support', 'rs274_site'))
 import fork_popen                       # noqa: E402
 
-COMMANDS = ('check', 'rewrite', 'setup')
+COMMANDS = ('check', 'contour', 'patterns', 'rewrite', 'setup', 'surface')
 ORDER_BYTES = 1 << 18
 
 

@@ -7,11 +7,11 @@ an error that nobody catches ends it with a traceback and status 1. What an inte
 environment differs in that, the call starts an interpreter. Tests about limits of memory, users, closed handles, signals and the beginning of a
 process call subprocess.
 
-In a call of check, rewrite or setup, in a preview and inside rs274 the planner, contour subs and the reader are forked as well, each a child of
+In a call of check, contour, patterns, rewrite or setup, in a preview and inside rs274 the planner, contour subs and the reader are forked as well, each a child of
 the process that starts it; rs274 itself, and the interpreter inside it, start as ever. Files of other folders than this repository's remap/ are not
 forked.
 
-Called by check_runs.py, setup_runs.py, rewrite_rig.py, canon.py and lathe_preview.py.
+Called by check_runs.py, setup_runs.py, rewrite_rig.py, canon.py, lathe_preview.py and tests.
 """
 import atexit
 import json
@@ -30,6 +30,7 @@ CHIPWISE = str(ROOT / 'bin/chipwise')
 PREVIEW = str(ROOT / 'tests/support/preview_probe.py')
 SERVER = str(ROOT / 'tests/support/fork_server.py')
 AT_START = ('PYTHON', 'LC_', 'LANG', 'LD_', 'MALLOC_', 'GLIBC_', 'OPENBLAS_', 'OMP_', 'CHIPWISE_CORE')     # first letters of names
+NURSED = ('check', 'contour', 'patterns', 'rewrite', 'setup')
 
 _starting = threading.Lock()
 _servers = {}           # process: socket, environment it was started with
@@ -57,10 +58,10 @@ def _at_start(environment):
     return {name: value for name, value in environment.items() if name.startswith(AT_START)}
 
 
-def run(command, *, timeout, env=None, cwd=None):
-    """-> subprocess.CompletedProcess with text. command: [CHIPWISE, ..]."""
+def run(command, *, timeout, env=None, cwd=None, errors='strict'):
+    """-> subprocess.CompletedProcess with text. command: [CHIPWISE, ..]; errors: of what is not UTF-8."""
     assert command[0] == CHIPWISE, command
-    return _run(command, timeout, env, cwd, nursery=command[1:2] and command[1] in ('check', 'rewrite', 'setup'))
+    return _run(command, timeout, env, cwd, errors=errors, nursery=command[1:2] and command[1] in NURSED)
 
 
 def preview(arguments, *, timeout, env, cwd=None):
@@ -73,14 +74,14 @@ def rs274(arguments, *, timeout, env, cwd=None):
     return _run(['rs274', *arguments], timeout, env, cwd, nursery=True, execute=True)
 
 
-def _run(command, timeout, env, cwd, before=(), **how):
+def _run(command, timeout, env, cwd, before=(), errors='strict', **how):
     """how: of the order (fork_server.py); before: what stands before the command where an interpreter is started."""
     command, env = list(map(str, command)), dict(os.environ if env is None else env)
     with _starting:
         server, started_with = _server()
     if _at_start(env) != _at_start(started_with):
         return subprocess.run([*before, *command], text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=timeout,
-                              env=env, cwd=cwd, check=False)
+                              env=env, cwd=cwd, check=False, errors=errors)
     order = json.dumps({'nursery': False, 'execute': False, **how, 'argv': command, 'cwd': os.path.abspath(cwd or os.getcwd()), 'env': env}).encode()
     ends = [os.pipe() for _ in range(3)]        # standard output and error, and the server's word of the end
     with open(os.devnull, 'r+b') as nowhere:
@@ -89,12 +90,12 @@ def _run(command, timeout, env, cwd, before=(), **how):
     for _, write in ends:
         os.close(write)
     try:
-        out, errors, word = _read([read for read, _ in ends], command, timeout)
+        out, said, word = _read([read for read, _ in ends], command, timeout)
     finally:
         for read, _ in ends:
             os.close(read)
     status = int(word.split()[1])
-    return subprocess.CompletedProcess(command, status, out.decode(), errors.decode())
+    return subprocess.CompletedProcess(command, status, out.decode(errors=errors), said.decode(errors=errors))
 
 
 def _read(handles, command, timeout):
