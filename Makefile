@@ -2,7 +2,7 @@
 #
 #   make run        install what is missing, build, install, start the simulated mill
 #   make test       install what is missing, build, run the tests: ten minutes
-#   make test-all   with those of tests/long.txt: half an hour
+#   make test-all   with those that take long: half an hour
 #   make test-long  the same with all random cases, five times as many, and a new seed, which it prints
 #   make test-quick the tests that need no machine and little time: a minute
 #   make test-shipped  those of the installed form: an ordinary user, the package's setuid rtapi_app; part of test-all

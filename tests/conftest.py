@@ -2,14 +2,16 @@
 """What runs where.
 
   @pytest.mark.machine    the test runs a whole LinuxCNC: first, with xdist in three processes, and other tests beside them
-  @pytest.mark.long       the test is in tests/long.txt (tools/long_tests.py); not in `make test`, but in `make test-all`
-  @pytest.mark.slow       the test is in tests/slow.txt (tools/long_tests.py), or one of SANDBOXED; not in tools/test --quick
+  @pytest.mark.long       the test takes long (support/durations.py); not in `make test`, but in `make test-all`
+  @pytest.mark.slow       the test takes some time (support/durations.py), or is one of SANDBOXED; not in tools/test --quick
   tests/components, tests/machine    refused where bin/chipwise-sandbox has no private namespaces
   tests/shipped           needs namespaces as well, of its own, and is skipped without
   @pytest.mark.inputs     the test is left out while its inputs are as they were when it passed (support/unchanged.py)
   tests/core/*.c          collected as one test per program
 """
 
+import json
+import os
 import subprocess
 from pathlib import Path
 
@@ -17,14 +19,14 @@ import pytest
 
 pytest.register_assert_rewrite('support')       # a judge's assert says as much as a test's
 
-from support import ROOT, unchanged             # noqa: E402
+from support import ROOT, durations, unchanged  # noqa: E402
 from support.scheduling import machine_units, scheduler   # noqa: E402
 
 CORE_TIMEOUT_S = 300
-LONG = frozenset((ROOT / 'tests/long.txt').read_text().split())
+RECORDED = durations.recorded()
+LONG, SLOW = durations.long_tests(RECORDED), durations.slow_tests(RECORDED)
 SANDBOXED = ("tests/components", "tests/machine")
 IN_NAMESPACES = (*SANDBOXED, "tests/shipped")       # not proposed where there are none
-SLOW = frozenset((ROOT / 'tests/slow.txt').read_text().split())
 
 
 @pytest.fixture
@@ -44,12 +46,13 @@ def answers(request, tmp_path_factory):
 
 def pytest_configure(config):
     config.addinivalue_line('markers', 'machine: runs a whole simulated LinuxCNC')
-    config.addinivalue_line('markers', 'long: is in tests/long.txt; not part of `make test`')
-    config.addinivalue_line('markers', 'slow: is in tests/slow.txt, or needs a sandbox; not part of tools/test --quick')
+    config.addinivalue_line('markers', 'long: takes long; not part of `make test`')
+    config.addinivalue_line('markers', 'slow: takes some time, or needs a sandbox; not part of tools/test --quick')
     config.addinivalue_line('markers', 'scene(shared, steps): steps in a LinuxCNC that several tests share (support/operate.py)')
     config.addinivalue_line('markers', 'inputs(function): left out of `make test` and test-all while these are as they were when it passed')
     config.addinivalue_line('markers', 'together(name): machine tests that judge the same run (support/demo_runs.py)')
     config.addinivalue_line('markers', 'xdist_group(name): tests of one name run in one process')
+    config.times_to = os.environ.pop('CHIPWISE_DURATIONS', None)        # not for a pytest that a test runs
     if not hasattr(config, 'workerinput') and not config.option.collectonly:
         refuse_without_namespaces(config.args)
 
@@ -96,13 +99,13 @@ def pytest_collection_modifyitems(items):
     """Machine tests first; the processes of xdist take them as support/scheduling.py says."""
     for item in items:
         path = str(item.path.relative_to(ROOT))
-        names = {path, f'{path}::{item.name.partition("[")[0]}'}
-        if names & LONG:
+        names = {path, durations.test_of(item.nodeid)}
+        if names & LONG or path.startswith(durations.SHIPPED):
             item.add_marker(pytest.mark.long)
         if names & SLOW or is_sandboxed(item.path):
             item.add_marker(pytest.mark.slow)
     machine = [item for item in items if item.get_closest_marker('machine')]
-    names, ordered = machine_units(machine, unit_of)
+    names, ordered = machine_units(machine, unit_of, durations.unit_seconds(machine, RECORDED))
     for item in machine:
         item.add_marker(pytest.mark.xdist_group(names[unit_of(item)]))
     chosen = set(machine)
@@ -118,6 +121,15 @@ def unit_of(item):
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
     return scheduler(config, log) if config.getvalue('dist') == 'loadgroup' else None
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    """Of a whole run (tools/test --all): new tests that take long, and the times for tools/durations."""
+    if config.times_to:
+        seconds = durations.spent(report for reports in terminalreporter.stats.values() for report in reports if isinstance(report, pytest.TestReport))
+        for line in durations.unrecorded(seconds, RECORDED):
+            terminalreporter.write_line(line)
+        Path(config.times_to).write_text(json.dumps(seconds), encoding='utf-8')
 
 
 # --- C test programs --------------------------------------------------------

@@ -34,10 +34,13 @@ def test_what_is_left_is_shared():
 
 
 def test_the_order_of_the_units():
-    """Tests of the shipped form, then what has most tests; the tests of a unit stay together and in their order."""
+    """Tests of the shipped form, then what takes longest; the tests of a unit stay together and in their order."""
     ids = ['tests/machine/test_a.py::test_1', 'tests/machine/test_b.py::test_1', 'tests/machine/test_a.py::test_2', 'tests/machine/test_b.py::test_2',
            'tests/shipped/test_c.py::test_1']
     items = [SimpleNamespace(nodeid=name) for name in ids]
-    names, ordered = machine_units(items, lambda item: 'b' if 'test_b' in item.nodeid else item.nodeid)
-    assert [item.nodeid for item in ordered] == [ids[k] for k in (4, 1, 3, 0, 2)]
-    assert names == {ids[4]: 'machine0', 'b': 'machine1', ids[0]: 'machine2', ids[2]: 'machine3'}
+    key, seconds = lambda item: 'b' if 'test_b' in item.nodeid else item.nodeid, dict(zip(ids, (1.0, 2.0, 5.0, 2.0, 0.1)))
+    names, ordered = machine_units(items, key, seconds)
+    assert [item.nodeid for item in ordered] == [ids[k] for k in (4, 2, 1, 3, 0)]
+    assert names == {ids[4]: 'machine0', ids[2]: 'machine1', 'b': 'machine2', ids[0]: 'machine3'}
+    _names, ordered = machine_units(items, key, {**seconds, ids[3]: 3.5})
+    assert [item.nodeid for item in ordered] == [ids[k] for k in (4, 1, 3, 2, 0)]

@@ -9,14 +9,15 @@ MACHINE_PROCESSES = 3       # each LinuxCNC waits for its simulated time, and ne
 MACHINE = 'machine'         # first letters of the name of a machine unit
 
 
-def machine_units(items, key):
-    """{key: name of its unit}, and the tests of machines in their order: of the shipped form first, then the largest unit first.
+def machine_units(items, key, seconds):
+    """{key: name of its unit}, and the tests of machines in their order: of the shipped form first, then the longest unit first.
 
-    key     function: item -> what it shares with the tests of its unit
+    key      function: item -> what it shares with the tests of its unit
+    seconds  {nodeid: s} that the test takes (durations.py)
     """
     size = {}
     for item in items:
-        size[key(item)] = size.get(key(item), 0) + 1
+        size[key(item)] = size.get(key(item), 0.0) + seconds[item.nodeid]
     names = {}
     for item in sorted(items, key=lambda item: ('tests/shipped/' not in item.nodeid, -size[key(item)])):
         names.setdefault(key(item), f'{MACHINE}{len(names)}')
