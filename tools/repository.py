@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Files of the repository.  Called by words.py, on_debian.py and tests/docs/."""
+"""Files of the repository.  Called by words.py, bare_debian/system.py and tests/docs/."""
 
 import os
 import subprocess

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Judge of pocket strategies, written apart from them: plain tuples, brute force, a fine raster.
 
-Used by test_pocket_strategies.py and bench/pocket_strategies_bench.py.  Every check returns what is
+Used by tests/geometry/test_pocket_strategies.py.  Every check returns what is
 wrong as a list of words, empty where all is well, so that a test can show it fail.
 """
 import math

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Reads the map of a running tracker; what it saw goes into NAME.json in the current folder.
 
-Called by test_load.py inside HAL: read_map.py TRACKER once|follow NAME
+Called by test_load_components.py and test_foreign_memory.py inside HAL: read_map.py TRACKER once|follow NAME
 `follow`: from NAME.ready on until a stock has been there and has not changed for STILL_S.
 """
 import json

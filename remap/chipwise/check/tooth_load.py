@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The largest chip, the power and the side force of each move, as a check can tell them: from the section and the depth that a move meets.
 
-Called by simulate.py.  Source: M. E. Martellotti, Trans. ASME 63 (1941): h = fz sin phi; O. Kienzle, VDI-Z 94 (1952): F = kc11 b h^(1 - mc).
+Called by tooth_rules.py.  Source: M. E. Martellotti, Trans. ASME 63 (1941): h = fz sin phi; O. Kienzle, VDI-Z 94 (1952): F = kc11 b h^(1 - mc).
 
  1. The share e = section / (largest section at that depth) is read as one arc from one side: cos phi = 1 - 2 e.  The chip is fz sin phi, and fz from half the
     diameter on.  Where stock is met in two arcs or in stairs this is up to 40 % off; the machine reads the arcs themselves (components/core/tooth.h).

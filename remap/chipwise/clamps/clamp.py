@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A clamp: a box, turned about Z, or a cylinder along Z.  Machine coordinates, mm, degrees.  Called by set_ups.py, distance.py, glue/clamps.py, setup/job.py and check/clamps.py."""
+"""A clamp: a box, turned about Z, or a cylinder along Z.  Machine coordinates, mm, degrees.  Called by set_ups.py, setup/job.py and check/clamps.py."""
 
 import math
 from dataclasses import dataclass, replace

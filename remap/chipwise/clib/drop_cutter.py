@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The lowest tip of a tool over a model: components/offline/drop_cutter.c from Python.
 
-Called by surface/raster.py and surface/links.py.  All lengths mm, in the model's coordinates.
+Called by surface/links.py, cycles/surface.py and check/part.py.  All lengths mm, in the model's coordinates.
 """
 
 import ctypes as C

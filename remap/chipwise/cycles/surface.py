@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """G24 and `chipwise surface`: a curved surface is cut in one direction, with pick feeds between the cuts.
 
-Called by planner/plans.py and cli/surface.py.  Pure but for the model's file; mm.  surface_moves.py has the moves.
+Called by planner/plans.py and options/surface_program.py.  Pure but for the model's file; mm.  surface_moves.py has the moves.
     all cuts        over the whole model, in one level
     depth           in levels: each cut goes no lower than its level, and only where the stock needs it
     least           only where the stock reaches more than that above what the tool leaves of it: the rest that a larger tool has left

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The words of a made line with their names, as a reader wants them.  Pure; called by cli/enter.py and the panel, for the drawing."""
+"""The words of a made line with their names, as a reader wants them.  Pure; called as entry.words by cli/enter.py and panel/entry_process.py."""
 
 from typing import Callable, Optional
 

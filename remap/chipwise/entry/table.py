@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The stored order of each code's data: fields.toml, and over it a machine's own file, [CHIPWISE]ENTRY.
 
-Called by typed.py, cli/enter.py and the panel.  A machine's file says in which order the data come and how they are called; what a
+Called by typed.py, naming.py and planned.py.  A machine's file says in which order the data come and how they are called; what a
 datum is and which numbers it may have is the code's own and stays.
 """
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""From a typed line of data to the G-code line.  Pure; called by cli/enter.py and the panel.
+"""From a typed line of data to the G-code line.  Pure; called by panel/entry.py, and through entry/__init__.py by the rest.
 
     data, data, , data <Enter>          distinguished by order and comma; an empty place keeps the default
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The limits of edges and spindle for the pins: the material of the loaded program, and what the spindle gives at its speed.
 
-Called by worker.py and loaded_program.py.  The material is that of the program's MATERIAL comment, else of the set-up in force, else of [CHIPWISE]MATERIAL
+Called by worker.py.  The material is that of the program's MATERIAL comment, else of the set-up in force, else of [CHIPWISE]MATERIAL
 (tool_data/materials.py); the power that of
 [CHIPWISE]SPINDLE_POWER.  What is not known limits nothing, and is said once for each program.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The tool in the spindle as the pins describe it.  Called by worker.py."""
+"""The tool in the spindle as the pins describe it.  Called by spindle_tool.py, shadow.py and set_up.py."""
 
 from chipwise.tool_data.bending import largest_force, lacking, stiffness
 from chipwise.tool_data.geometry import tool_geometry

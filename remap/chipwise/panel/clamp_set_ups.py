@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Clamps for the page of `chipwise panel`: the set-ups of the machine's file, one clamp more or less, and which set-up is in force.  Called by entry_routes.py.
+"""Clamps for the page of `chipwise panel`: the set-ups of the machine's file, one clamp more or less, and which set-up is in force.  Called by entry.py.
 
 A set-up is put in force by M256 in MDI, at rest, as an operator would do it; P0 takes all clamps away.  mm, machine coordinates.
 """

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What LinuxCNC and chipwise's components show, read for the page of `chipwise panel`.  Reads pins, commands nothing.
 
-Called by watch.py.  A pin that a machine lacks, or that holds no finite number, counts as 0.  Lengths come out in mm, velocities in
+Called by cli/panel.py; watch.py asks it.  A pin that a machine lacks, or that holds no finite number, counts as 0.  Lengths come out in mm, velocities in
 mm/s, whatever the machine's unit.
 """
 

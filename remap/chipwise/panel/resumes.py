@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Resumes for the page of `chipwise panel`: what may be asked of resume.py, and in which order.  Called by entry_routes.py.
+"""Resumes for the page of `chipwise panel`: what may be asked of resume.py, and in which order.  Called by entry.py.
 
 Only what was planned last can be written, once, within VALID_S, as for set_ups.py: what was planned without the token does not take the place of what was planned
 with it, and no path of a request gets to the machine.

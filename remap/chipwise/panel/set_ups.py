@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Set-ups for the page of `chipwise panel`: what may be asked of set_up.py, and in which order.  Called by entry_routes.py.
+"""Set-ups for the page of `chipwise panel`: what may be asked of set_up.py, and in which order.  Called by entry.py.
 
  1. One program is measured at a time, however many pages there are.
  2. Only what was measured last can be confirmed, within VALID_S.  What was asked for without the token does not take the place of what was asked for

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Reads a whole program with LinuxCNC's own interpreter: blocks of records, as they come.
 
-Called by check/simulate.py.  The interpreter runs in a process of its own (reader_runner.py has the records), on the machine of an
+Called by check/answer.py, and by all that reads a whole program: rewrite, resume, set-up, panel, filter.  The interpreter runs in a process of its own (reader_runner.py has the records), on the machine of an
 INI file: remaps, tool table, work offsets of the parameter file, SUBROUTINE_PATH.  Nothing of the machine is written.
 
     with Reader(program, ini) as reader:

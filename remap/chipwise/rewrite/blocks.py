@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The blocks of a program's text: subs, calls, loops and conditions.  Called by program.py, line_marks.py and calls.py."""
+"""The blocks of a program's text: subs, calls, loops and conditions.  Called by program.py and line_marks.py."""
 
 import re
 from dataclasses import dataclass, field

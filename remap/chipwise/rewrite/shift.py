@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Amounts of shift along the tool's axis: how a shifted path is made fit to be travelled.
 
-Called by flute.py, levels.py and trials.py.  Source: CN105492980 [0097]..[0115], figures 14 to 20.  Pure functions on arrays; lengths mm.
+Called by levels.py, path_moves.py, merge_moves.py and trials.py.  Source: CN105492980 [0097]..[0115], figures 14 to 20.  Pure functions on arrays; lengths mm.
 The tool's axis is a unit vector that points away from the work: today always +Z.
 
  1. [0101] to [0104]: if the shifted path travels at 90 degrees or more to the first path, the points at both ends of that

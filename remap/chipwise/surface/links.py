@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What the tool must keep above from the end of a cut to the start of the next: model and stock.
 
-Called by cycles/surface_moves.py and quickest_link.py.  The stock is a height map that every cut is taken out of as it is planned.  All lengths mm.
+Called by cycles/surface.py.  The stock is a height map that every cut is taken out of as it is planned.  All lengths mm.
 """
 
 import itertools

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A model from a file, at its place: triangles in mm.
 
-Called by cycles/surface.py and cli/surface.py.  The kind of a file is read from its content, not from its name.
+Called by cycles/surface.py, options/surface_program.py, check/part.py and glue/surface.py.  The kind of a file is read from its content, not from its name.
 """
 
 import os

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """How stiff a tool is: the side force that bends it by 1 mm at its tip, and the largest one that its `deflection` allows.
 
-Called by monitor/limits.py, glue/tooth_limits.py and check/tooth_load.py.  A beam that is clamped at one end bends by F L^3 / (3 E I), with L the
+Called by monitor/tool_shape.py, glue/tooth_limits.py and check/tooth_load.py.  A beam that is clamped at one end bends by F L^3 / (3 E I), with L the
 stick_out, I = pi D^4 / 64 and E by the tool's material.  Flutes make a tool up to 2.4 times as soft (0.8 D counts, L. Kops and D. T. Vo, Annals of the CIRP
 39, 1990); a shank that is thicker than the cutter makes it stiffer.  Neither is in it.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Read diameters of tools from LinuxCNC's tool table, without LinuxCNC.  Called by cli/surface.py and cli/load.py."""
+"""Read diameters of tools from LinuxCNC's tool table, without LinuxCNC.  Called by cli/load.py, options/surface_program.py, entry/planned.py, check/assume.py and others."""
 
 import re
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The path of one step in the making: moves, and contact with what is left, for links that keep clear of it.
 
-Called by passes.py, transverse.py, thread.py and state.py.  A rapid keeps `beside` from stock at all sides, or goes away from it where a cut has
+Called by passes.py, sides.py, drilling.py, thread.py, steps.py and state.py.  A rapid keeps `beside` from stock at all sides, or goes away from it where a cut has
 ended; what cannot be farther from it is a feed.
 """
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Part and blank as graphs: the outside x(z), and the bore mirrored, -x(z), so that both are cut from above.
 
-Called by plan.py and cli/turn.py.  A sub is read by contour_sub with Z as its first and X as its second coordinate.  It holds
+Called by read_part.py and resume.py.  A sub is read by contour_sub with Z as its first and X as its second coordinate.  It holds
 one chain: the outside, in either direction; or bore, face and outside in one chain, open or closed.
 """
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Where a tool may be: the Minkowski sum of part and mirrored tool, exactly, on graphs.
 
-Called by plan.py and passes.py.  A tool is a disc (the nose), the cone above it between front and back edge, perhaps a flat
+Called by steps.py, sides.py, grooves.py, transverse.py, drilling.py, thread.py and obstacles.py.  A tool is a disc (the nose), the cone above it between front and back edge, perhaps a flat
 bottom (grooving tools), and a holder box.  Positions are those of the nose's centre (of a grooving tool: of the corner on the
 left).  Then
 

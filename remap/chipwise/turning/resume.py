@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A part that was stopped: planned from what is left of it; and the stages of a plan, which stock_file.py keeps for the next time.
 
-Called by g26_plan.py and cli/turn.py.  The stock of a file is used only for the same program, part, blank and work offset, and never twice
+Called by g26_plan.py and resume/lathe.py.  The stock of a file is used only for the same program, part, blank and work offset, and never twice
 without an answer: a part that the operator has been asked about and has not confirmed counts as another one.  In doubt the plan begins with
 the whole blank, which is safe: it cuts air where stock is gone.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How long a plan takes on the machine, s: each move from rest to rest, as exact path (G61) has it.  Called by text.py and g26_plan.py.
+"""How long a plan takes on the machine, s: each move from rest to rest, as exact path (G61) has it.  Called by g26_plan.py, read_part.py and cli/turn.py.
 
 Tool changes, the start of the spindle and the planning are not included, and are named apart."""
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Turning tools: LinuxCNC's tool table (D I J Q) and the [lathe.N] tables of the tool geometry file, checked.
 
-Called by plan.py and cli/turn.py.  The conventions are those of LinuxCNC's tool picture (rs274/glcanon.py, 2.9): orientation Q
+Called by read_part.py, request.py and g26_plan.py.  The conventions are those of LinuxCNC's tool picture (rs274/glcanon.py, 2.9): orientation Q
 gives where the nose's centre is, seen from the controlled point; I and J are the directions of the two edges, in degrees from
 +Z towards +X.  Q2 I85 J25 is an outside tool that cuts towards the chuck.
 """

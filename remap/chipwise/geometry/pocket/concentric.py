@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """P3: clear a machinable region along closed paths about a base line, from convex polygons.
 
-Called by cycles/pocket.py as a strategy (tracks.py).  Source: the abstract on area machining by
+Called by strategies.py as a strategy (tracks.py).  Source: the abstract on area machining by
 convex polygons.  Its steps, with its symbols:
 1. the arcs of the offset curve OFC are replaced by chords (inner_polygons.py);
 2. the area is divided into convex polygons PGi (convex.py);

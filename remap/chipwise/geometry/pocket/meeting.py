@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What a tool can do in a pocket whose contours meet, as far as it can be computed: paths exactly, regions in chords.
 
-Called by cli/contour.py.  kernel.py names rough shapes and inaccessible regions from the positions where the tool touches
+Called by drawing/data.py.  kernel.py names rough shapes and inaccessible regions from the positions where the tool touches
 the contours; if contours cross each other these are no longer the edge of the free area, so here the regions are
 polygons: the free area less what the tool covers from anywhere it may be.
 """

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """P1: clear a machinable region by cuts that all run one way, with the wall cut in the same go.
 
-Called by cycles/pocket.py.  Source: the abstract on unidirectional area machining.  Its sequence,
+Called by strategies.py.  Source: the abstract on unidirectional area machining.  Its sequence,
 with its symbols: cut along PTi from Pi to Qi; feed along the outline OLC back to Qi-1; traverse to
 Pi; feed along OLC to Pi+1; cut along PTi+1; and so on.  A Track here is what lies between two
 traverses: Pi to Pi+1 along the outline, PTi+1, and Qi+1 to Qi along the outline.  The direction of

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """P0, contour-parallel: rings a step-over apart, each from the original contours, inside out.
 
-Called by cycles/pocket.py as a strategy (tracks.py says what that is).  Arcs stay arcs.
+Called by strategies.py and concentric.py as a strategy (tracks.py says what that is).  Arcs stay arcs.
 
 Why a step-over up to the tool radius leaves nothing: whoever walks from a point of the machinable region
 straight to its nearest wall meets each ring after exactly the difference of the two distances.

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """P2: clear a machinable region by cuts to and fro, joined along the outline.
 
-Called by cycles/pocket.py.  Same rows and outline pieces as P1 (scan.py).  From the end of a chord
+Called by strategies.py.  Same rows and outline pieces as P1 (scan.py).  From the end of a chord
 the tool feeds along the outline to a chord of the next row that is still to cut, or round the end of
 an island or of a bay, until no way leads on.  The next Track begins at the end of a chord that is
 done, next to one that is not, so that only the first Track of a machinable region enters in solid stock.
