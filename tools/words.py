@@ -4,7 +4,7 @@
 
     tools/words.py              counts for each word and file
     tools/words.py --lines      every line
-    tools/words.py --habits     counts of six habits of English
+    tools/words.py --habits     counts of eight habits of English
     tools/words.py --revision R the same for a commit: figures before and after
 
 Called by tests/docs/test_words.py.
@@ -121,6 +121,9 @@ HABITS = (
                                   r'\b(?:stands?|stood) (?:there|still|where|in|on|for|so)\b|\bheld against\b'),
     ('the machine as a person', r'\bwas elsewhere\b|\b(?:dis)?obey\w*|\b[Hh]e\b(?!\()|\bhis\b|\bbeliev\w+'),
     ('belongs into', r'\bbelong(?:s|ed)? into\b'),
+    # "as of the last look" is a time
+    ('as of X', r'\bas of (?!(?:the|its) last\b|now\b|chip_)'),
+    ('Who .., for one who', r'(?:^|[.;] |\"\"\"|# |\* )Who (?!calls\b|may\b)[^.?]{3,80}?, '),
     ('dropped verbs', r': not\.|\bnone of ours\b'),
 )
 

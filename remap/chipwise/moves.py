@@ -27,7 +27,7 @@ class Rapid:
 
 @dataclass(frozen=True)
 class Line:
-    """A straight cut (G1); abc: as of a traverse."""
+    """A straight cut (G1); abc: as for a traverse."""
 
     x: Optional[float] = None
     y: Optional[float] = None

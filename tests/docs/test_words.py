@@ -32,7 +32,7 @@ def test_habit_stays_out(habit):
 
 @pytest.mark.parametrize('text', ['A slot is no pocket.', 'Where the load jumps, the feed drops.', 'The tracker is told the tool.',
                                   'The load is taken for high.', 'The thread believes the pin.', '`H0` on the line: not.',
-                                  'The length belongs into the table.'])
+                                  'The length belongs into the table.', 'path: as of the table.', 'Who asks first, gets it.'])
 def test_the_habits_are_seen(text):
     assert any(re.search(pattern, text) for _name, pattern in words.HABITS)
 

@@ -6,7 +6,7 @@ from support.operate import operate
 
 pytestmark = pytest.mark.machine
 
-INSIDE = 0.35                   # mm: G64 P of the sub, as of the links of G24 P1 with K1
+INSIDE = 0.35                   # mm: G64 P of the sub, as in the links of G24 P1 with K1
 # In the dwell the task waits, so what puts the program's mode back has not been sent to motion yet.
 PATTERN = f'o100 sub\nG64 P{INSIDE}\nG1 X10 Y0 F3000\nG1 X20\nG4 P100\nG1 X30\no100 endsub\nG21 G90 G17\nT4 M6\nF3000\nG0 X0 Y0 Z15\nG75 Q100\nM2\n'
 CORNER = 'G21 G90 G17\nF3000\nG1 X10 Y10 Z20\nG1 X40\nG1 Y40\nG1 X10\nM2\n'

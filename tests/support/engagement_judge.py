@@ -46,7 +46,7 @@ def pieces_of(moves, level):
 
 @dataclass
 class Engagement:
-    """rows as of exact(); shares are of the path at the feed at the level."""
+    """rows as in exact(); shares are of the path at the feed at the level."""
 
     rows: np.ndarray
 

@@ -65,7 +65,7 @@ def operate(tmp_path, steps, ini='mill.ini', edit='', before=':', home=True, spe
 class Shared:
     """One LinuxCNC for the scenes of several tests, one after the other, with a step "fresh" between them.
 
-        MILL = Shared('unknown')                            options as of operate()
+        MILL = Shared('unknown')                            options as in operate()
 
         @pytest.mark.scene(MILL, [['mdi', 'T1 M6'], ..])    the steps, or a function of the test's parameters that gives them
         def test_..(answers): ..                            the fixture `answers` has the answers of these steps

@@ -204,7 +204,7 @@ def walls(case, touch, moves):
 
 def entries(moves, angle, gap, plunges, plunged):
     """Faults of feeds that go down: steeper than `angle` (degrees), or straight down by more than `gap` (mm) of stock where no
-    plunge was announced.  plunged: as of Stock.run()."""
+    plunge was announced.  plunged: as in Stock.run()."""
     found = []
     for number, e in enumerate(moves):
         fall = e.a[2] - e.b[2]

@@ -3,7 +3,7 @@
 
     unshare .. shipped_machine.py JOB | --try
 
-Called by shipped.py as root, in a mount namespace of its own, so that nothing of this outlives it.  JOB is JSON: `scene` as of shipped.py,
+Called by shipped.py as root, in a mount namespace of its own, so that nothing of this outlives it.  JOB is JSON: `scene` as in shipped.py,
 `installed` a DESTDIR, `folder` for the logs, `tests` the folder of that name, `modules` a folder with other realtime modules or '', `arguments`
 of the scene.  The scene's answer is written to result.json in `folder`.
 """

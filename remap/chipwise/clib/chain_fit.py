@@ -13,7 +13,7 @@ from chipwise.clib.library import library
 
 
 def fitted(s: np.ndarray, low: np.ndarray, high: np.ndarray, arc_low: Optional[np.ndarray] = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(indices (k,) of the stations that stay, their heights (k,), arcs (k, 3) as of chip_chain_fit).
+    """(indices (k,) of the stations that stay, their heights (k,), arcs (k, 3) as in chip_chain_fit).
 
     s, low, high (n,) float64: stations, rising, and the band; arc_low (n,): the lowest heights on arcs; None: lines only.
     """

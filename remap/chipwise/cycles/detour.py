@@ -46,7 +46,7 @@ class Level:
 
 @dataclass(frozen=True)
 class Detour:
-    """clamps, clearance, tool: as of Obstacles; limits: fields of a Travel, None: not known."""
+    """clamps, clearance, tool: as in Obstacles; limits: fields of a Travel, None: not known."""
 
     clamps: tuple
     clearance: float

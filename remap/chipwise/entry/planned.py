@@ -111,7 +111,7 @@ class PlanError(CycleError):
 
 
 def plan(scene: Scene, line: str, path: Optional[str] = None) -> Planned:
-    """What a line does on the machine of a Scene.  path as of table.load_table.  Raises PlanError or CycleError."""
+    """What a line does on the machine of a Scene.  path as in table.load_table.  Raises PlanError or CycleError."""
     code = line.split()[0]
     found, moves = _read(scene, line, path)
     if code in CHOPPED and " H" not in line:

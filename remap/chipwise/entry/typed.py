@@ -58,7 +58,7 @@ class _Wrong(Exception):
 
 
 def line(code: str, text: str, path: Optional[str] = None) -> str:
-    """G-code line of what was typed.  path as of table.load_table.  Raises EntryError, or CycleError for the code itself."""
+    """G-code line of what was typed.  path as in table.load_table.  Raises EntryError, or CycleError for the code itself."""
     known = fields(code, path)
     if len(text) > MAX_TEXT:
         raise EntryError(1, known[0] if known else None, f"the line has more than {MAX_TEXT} characters", "type the data of one code", code)

@@ -18,7 +18,7 @@ from chipwise.host.temp_folder import FolderError, put
 
 DRAWINGS = (".dxf", ".svg")
 ENDINGS = (".stl", ".toml", *DRAWINGS)
-TOLERANCE_MM = 0.01         # of a drawing, as of `chipwise import`
+TOLERANCE_MM = 0.01         # of a drawing, as in `chipwise import`
 STEP_SHARE = 0.1            # of the tool's diameter
 
 

@@ -62,7 +62,7 @@ def put(folder: str, name: str, content: Union[str, bytes]) -> str:
 
 
 def check_room(folder: str, status: int) -> None:
-    """Raise FolderError where a process that has ended by itself, with a status as of Popen, found no room in its folder."""
+    """Raise FolderError where a process that has ended by itself, with a status like that of Popen, found no room in its folder."""
     room = os.statvfs(folder)
     if status == -signal.SIGBUS or (status and not room.f_bavail):         # SIGBUS: of the tool table's file, which is mapped
         raise folder_error(os.strerror(errno.ENOSPC))

@@ -13,7 +13,7 @@ from chipwise.pattern.recorded import ARC, Recorded, Step
 
 
 class Copier:
-    """Places a sub again and again; chord: as of isometry.moved()."""
+    """Places a sub again and again; chord: as in isometry.moved()."""
 
     def __init__(self, chord: float) -> None:
         self._chord = chord
@@ -22,7 +22,7 @@ class Copier:
         self._rows = np.zeros((0, 2), int)
 
     def moves(self, recorded: Recorded, points, start, isometry: Isometry) -> list:
-        """The moves of a sub under an isometry, or the Copy that they are; recorded, points, start: as of isometry.moved()."""
+        """The moves of a sub under an isometry, or the Copy that they are; recorded, points, start: as in isometry.moved()."""
         if recorded is not self._recorded:
             self._recorded, self._places, self._rows = recorded, {}, _rows_of(recorded)
         key = isometry.axes, isometry.mirrors

@@ -236,7 +236,7 @@ class Job:
         return Resumed(data, said, stopped.stock, stopped.removed, slot, self.folder)
 
     def _written(self, found, now, first, stock, cycles):
-        """Bytes of the new program, compared.  first: its lines before the rest; cycles: as of text.rest().  Raises Unreadable, Different."""
+        """Bytes of the new program, compared.  first: its lines before the rest; cycles: as in text.rest().  Raises Unreadable, Different."""
         try:
             rest = text.rest(found.followed.program, found.line, found.step, found.moves, found.approach.place, now.motion, cycles)
         except Unreadable as error:

@@ -17,7 +17,7 @@ from chipwise.rewrite.run import rewritten
 
 @dataclass
 class Rewritten:
-    """data, said: as of run.rewritten(); error: (text, line) if the program cannot be rewritten, else None."""
+    """data, said: as in run.rewritten(); error: (text, line) if the program cannot be rewritten, else None."""
 
     program: str
     data: bytes = b""

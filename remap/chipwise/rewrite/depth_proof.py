@@ -77,7 +77,7 @@ def not_judged(number):
 
 @dataclass
 class Path:
-    """The moves in a stock: start (3,) mm; to (n, 3) mm; tool (n,) int32, as of chip_proof_path; index (n,): number of the program's move of
+    """The moves in a stock: start (3,) mm; to (n, 3) mm; tool (n,) int32, as in chip_proof_path; index (n,): number of the program's move of
     each."""
 
     start: np.ndarray

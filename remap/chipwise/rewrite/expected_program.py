@@ -21,7 +21,7 @@ SAME_MM = 3e-5              # of two moves' ends: the last digit of the text, as
 
 @dataclass
 class Foreseen(Moves):
-    """kind, line (n,) int, end (n, 3) mm, events, lead: as of program.Program; feed (n,) mm/min, NaN: the one in force."""
+    """kind, line (n,) int, end (n, 3) mm, events, lead: as in program.Program; feed (n,) mm/min, NaN: the one in force."""
 
     kind: np.ndarray
     line: np.ndarray

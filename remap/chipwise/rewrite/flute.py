@@ -47,7 +47,7 @@ class Order:
 
     cell: mm, of the map; whole: travel the whole body again, not only where material is left; diameter: of the arcs at corners of the shifted path
     (mm, None: the tool's); reserve: mm of the flutes that shifted paths leave unused; anywhere: also what cannot be rewritten
-    (Program.check_shiftable()); needles: as of sections.in_stock(); clearance: mm that new traverses keep from stock.
+    (Program.check_shiftable()); needles: as in sections.in_stock(); clearance: mm that new traverses keep from stock.
     """
 
     cell: float
@@ -104,7 +104,7 @@ class Figures:
 
 
 class Shifter:
-    """One program.  ground: of the section at work; more: mm, as of Trials, since a path was found too deep."""
+    """One program.  ground: of the section at work; more: mm, as in Trials, since a path was found too deep."""
 
     def __init__(self, program, geometry, order):
         self.program, self.geometry, self.order = program, geometry, order
@@ -247,7 +247,7 @@ class Shifter:
     def _shifted(self, body, target=None, depth=None):
         """R3 of a path in the stock as it is, which is cut: (n, 3) points, NaN where they are left out.
 
-        depth, target: as of Trials.shifted().
+        depth, target: as in Trials.shifted().
         """
         ground = self.ground
         trials = Trials(self.program, body, ground.stock, ground.tool, lambda path: self._lead_in(body, path), ground.proof,
@@ -282,7 +282,7 @@ class Shifter:
     # ---- what is written --------------------------------------------------------------------------------------
 
     def _replace(self, body, moved, wall):
-        """R3 in the place of the body's steps that it changes.  wall: as of Links.wall() where it begins, before."""
+        """R3 in the place of the body's steps that it changes.  wall: as in Links.wall() where it begins, before."""
         program, edits = self.program, self.edits
         z0 = moved[0, 2]
         if z0 > body.points[0, 2] + 1e-9:

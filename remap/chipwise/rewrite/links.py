@@ -76,7 +76,7 @@ class Links:
         return moves + ([Move(FEED, (*place, z), feed)] if z < min(free, above) else [])
 
     def lead_down(self, place, above, z, wall, feed):
-        """Moves down from `above` to z in place of a traverse of the program itself there; wall: as of wall() before."""
+        """Moves down from `above` to z in place of a traverse of the program itself there; wall: as in wall() before."""
         if z >= wall:
             return [Move(RAPID, (*place, z))]
         free = wall + GAP_MM

@@ -312,7 +312,7 @@ class Collector:
             self.events.append(Event(self.count, kind, line, values))
 
     def program(self, path, messages, before, text=True):
-        """The Program; text: as of read()."""
+        """The Program; text: as in read()."""
         kind, line, end, feed = (column.whole() for column in self.columns)
         self.first.add([self.count])
         first = self.first.whole()

@@ -80,7 +80,7 @@ def same_path(first, second):
 
 def same_feeds(path, second, without=()):
     """Raises Different where a feed move of a Program does not have the F of a Foreseen that makes the same moves.  without: numbers of lines whose F
-    means nothing, as of G33."""
+    means nothing, as for G33."""
     wanted, found = path.feed.astype(float), second.feed
     counts = (path.kind != RAPID) & ~np.isnan(wanted) & ~np.isin(path.line, list(without))
     off = counts & ((found > wanted * (1 + FEED_SHARE) + FEED_ABOVE) | (found < wanted * (1 - FEED_SHARE) - FEED_BELOW))

@@ -114,7 +114,7 @@ def _content(path):
 @dataclass
 class Job:
     """What every kind of rewriting needs: program, machine, geometry {number: ToolGeometry}, cell (mm), read: path, text=False for one without its lines ->
-    Program, stock and limits as of reader.Reader; clearance (mm) of traverses."""
+    Program, stock and limits as in reader.Reader; clearance (mm) of traverses."""
 
     program: Program
     machine: Machine

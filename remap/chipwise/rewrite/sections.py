@@ -127,7 +127,7 @@ def pieces(points, most):
 
 def apart(start, places):
     """(n,) bool: moves from start (3,) along places (n, 3) that need nothing of the one before: HeightMap.cut() of the moves up to them, then of
-    the others, is the same as of all, but for the volume of the move before (height_sweep.h [3])."""
+    the others, is the same as that of all, but for the volume of the move before (height_sweep.h [3])."""
     steps = np.diff(places[:, :2], axis=0, prepend=np.asarray(start, float)[None, :2])
     across = np.hypot(steps[:, 0], steps[:, 1])
     return (across > layout.HEIGHT_LAG + 1e-6) | (across < layout.HEIGHT_STILL / 2)

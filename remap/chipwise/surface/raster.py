@@ -179,7 +179,7 @@ def _walls(line, s, z, tolerance):
 
 
 def _fitted(s, z, tolerance, arcs):
-    """(stations, heights, arcs as of chip_chain_fit) of as few as the tolerance above the samples allows [3]."""
+    """(stations, heights, arcs as in chip_chain_fit) of as few as the tolerance above the samples allows [3]."""
     kept, height, arc = fitted(s, z, z + (1.0 - SAMPLING) * tolerance, z + ARC_SAG * tolerance if arcs else None)
     return s[kept], height, arc
 
@@ -211,7 +211,7 @@ def _added(probe, samples, tracks, found, waiting, tolerance, is_last):
 
 
 def _segments(parts, tolerance):
-    """Straight segments on or below chains as of _fitted(): (number of the chain, s, z of the start, s, z of the end, edge of the chain) of each."""
+    """Straight segments on or below chains as in _fitted(): (number of the chain, s, z of the start, s, z of the end, edge of the chain) of each."""
     s, z, arc = (np.concatenate([part[k] for part in parts]) for k in range(3))
     chain = np.repeat(np.arange(len(parts)), [len(part[0]) for part in parts])
     first = np.searchsorted(chain, chain)

@@ -32,7 +32,7 @@ def _out_of_reach(state, tool, contact):
 
 
 class _Found(NamedTuple):
-    """What a tool can do: path (None: nothing), mm2 within its reach, tool, view and domain as of State.work(), text of what it leaves ("")."""
+    """What a tool can do: path (None: nothing), mm2 within its reach, tool, view and domain as in State.work(), text of what it leaves ("")."""
 
     path: Any
     area: float
