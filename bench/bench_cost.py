@@ -46,6 +46,7 @@ class Case:
     mean_us: float = None   # targets
     worst_us: float = None
     counted: bool = True    # instructions too
+    clamps: int = 0         # round the path
 
 
 MILLION = Case("D25 flat, 0.1 mm cells, 500 mm/s", (25, 0, 0), 0.1, 500, 5000, 5, 1_000_000, worst_us=50)
@@ -58,7 +59,10 @@ CASES = [
     Case("D8 vee 90, 0.25 mm cells, 100 mm/s", (8, 0, 90), 0.25, 100, 500, 3, 60000),
     Case("D6 taper R0.5 20, 0.25 mm cells, 100 mm/s", (6, 0.5, 20), 0.25, 100, 500, 4, 60000),
     MILLION,
+    Case("D10 flat, 12 clamps, 0.25 mm cells, 100 mm/s", (10, 0, 0), 0.25, 100, 500, 5, 60000, clamps=12),
+    Case("D10 flat, 100 clamps, 0.25 mm cells, 100 mm/s", (10, 0, 0), 0.25, 100, 500, 5, 60000, clamps=100),
 ]
+BESIDE = 13.0               # mm, radius of a holder of 30 mm less that of the tool, the clearance and 2 mm more, from the tool's edge
 
 
 def line(a, b):
@@ -133,10 +137,17 @@ def run(case, path, replays=REPLAYS, first=-1, last=-2, wrapper=()):
         numbers = [*case.tool, case.cell, -x, -y, -20, x, y, 0, case.accel, replays, first, last]
         done = subprocess.run([*wrapper, str(PROGRAM), str(source), str(result), *map(repr, map(float, numbers))],
                               text=True, capture_output=True, check=True,
-                              env={**os.environ, "COST_FIFO": "1"})
+                              env={**os.environ, "COST_FIFO": "1", **environment(case)})
         size, cells = done.stdout.split()[:2]
         times = np.fromfile(result, np.uint32).reshape(-1, 3)
     return times, float(size), int(cells), done.stderr
+
+
+def environment(case):
+    """Of the program: the clamps of a case."""
+    if not case.clamps:
+        return {}
+    return {"COST_CLAMPS": str(case.clamps), "COST_REACH": repr(0.5 * (0.62 * min(case.size) - case.tool[0]) + case.tool[0] / 2), "COST_BESIDE": repr(BESIDE)}
 
 
 def instructions(case, path, first, last):

@@ -11,6 +11,8 @@
  * the volume removed in 1/1000 mm3.  first, last: the periods
  * to run through marked_period() and not plain_period(), for callgrind's --toggle-collect.
  * COST_LIMITS in the environment: chip, power or both of them limit the feed.
+ * COST_CLAMPS: so many clamps round the path, boxes and cylinders, which a tool with a holder passes COST_BESIDE mm beside; COST_REACH: mm from the middle to
+ * the edge of the path.
  */
 #ifndef _GNU_SOURCE
 #define _GNU_SOURCE
@@ -155,6 +157,31 @@ static void set_limits(struct machine *m)
     m->in.flutes = m->limits.flutes;
 }
 
+/* Clamps along the four sides of a square, none of which is met. */
+static void set_clamps(struct machine *m)
+{
+    const char *asked = getenv("COST_CLAMPS");
+    double aside = asked ? atof(getenv("COST_REACH")) + atof(getenv("COST_BESIDE")) : 0.0;
+    int count = asked ? atoi(asked) : 0, i;
+    struct chip_clamp_table *table = calloc(1, sizeof *table);
+    for (i = 0; i < count && i < CHIP_CLAMPS; i++) {
+        struct chip_clamp *clamp = &table->clamp[i];
+        double along = aside * (2.0 * (i / 4 + 1) / (count / 4 + 1) - 1.0), half = 5.0;
+        clamp->half_x = clamp->half_y = half;
+        clamp->x = i % 2 ? along : (i % 4 ? 1.0 : -1.0) * (aside + half);
+        clamp->y = i % 2 ? (i % 4 == 1 ? 1.0 : -1.0) * (aside + half) : along;
+        clamp->cosine = 1.0;
+        clamp->top = 60.0;
+        clamp->is_round = (uint64_t)(i / 4 % 2);
+    }
+    table->count = (uint64_t)i;
+    table->clearance = 1.0;
+    table->generation = 2;
+    m->in.clamps = count ? table : 0;
+    m->in.tool_stick_out_mu = 30.0;
+    m->in.tool_holder_diameter_mu = 30.0;
+}
+
 /* Goes through the path once, the first time if not `again`. */
 static void play(struct machine *m, const place *path, long count, long first, long last, int again, times *took)
 {
@@ -202,6 +229,7 @@ int main(int argc, char **argv)
     if (getenv("COST_FIFO")) sched_setscheduler(0, SCHED_FIFO, &priority);
     set_up(m, number);
     set_limits(m);
+    set_clamps(m);
     for (replay = 0; replay < (int)number[11]; replay++)
         play(m, path, count, (long)number[12], (long)number[13], replay > 0, took);
     file = fopen(argv[2], "wb");

@@ -19,7 +19,8 @@ PERIODS = 3000
 # mean instructions of a period, 3 % above what gcc 12 makes of it (Debian 12, amd64)
 LIMITS = {'D10 flat, 0.25 mm cells, 100 mm/s': 64900, 'D10 bull R2, 0.25 mm cells, 100 mm/s': 73000,
           'D6 ball, 0.25 mm cells, 100 mm/s': 54100, 'D8 vee 90, 0.25 mm cells, 100 mm/s': 53800,
-          'D25 flat, 0.1 mm cells, 500 mm/s': 194100}
+          'D25 flat, 0.1 mm cells, 500 mm/s': 194100,
+          'D10 flat, 12 clamps, 0.25 mm cells, 100 mm/s': 70500, 'D10 flat, 100 clamps, 0.25 mm cells, 100 mm/s': 85800}
 
 
 def measured(name):
