@@ -63,7 +63,7 @@ def g78(self, **words):
 
 def g79(self, **words):
     """G79: clear a pocket."""
-    yield from session.run_cycle(self, "G79", words, pocket.order)
+    yield from session.run_cycle(self, "G79", words, pocket.order, rests=pocket.starts_from_stock)
 
 
 def m250(self, **words):

@@ -39,6 +39,20 @@ class Order:
     axes: str = AXES
 
 
+@dataclass(frozen=True)
+class MapPlace:
+    """Where the planner finds the stock as it stands: field "map" of a pocket that starts from it.
+
+    key     of the shared memory with the tracker's map
+    origin  (x, y, z) of the work coordinates, mm, machine coordinates
+    turn    rad: of the work coordinates
+    """
+
+    key: int
+    origin: tuple
+    turn: float
+
+
 class Packed:
     """Chunks as the planner sends them to the task, each pickled for itself: the task takes one apart when it executes it.
 

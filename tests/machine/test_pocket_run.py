@@ -48,7 +48,7 @@ def test_mdi(tmp_path):
     steps = [['mdi', 'T1 M6'], ['mdi', 'G0 X5 Y5 Z5'], ['mdi', 'F900'], ['mdi', 'G79 Q100 Z-1 R0.5 D7.2'],
              ['mdi', 'G79 Q101 Z-1 R0.5'], ['position'], ['mdi', '#<_chipwise_ramp_angle> = 20'],
              ['mdi', 'G79 Q100 Z-1 R0.5 L30 P2'], ['position'], ['messages'], ['mdi', 'G79 Q100 Z-1 R0.5 P4 D3.1'], ['mdi', 'G79 Q100 Z-1 R0.5 P4'], ['position'],
-             ['messages']]
+             ['messages'], ['mdi', 'M250 P-8 Q-8 R-10 I48 J30 K10'], ['mdi', 'G79 Q100 Z-1 R0.5 P4'], ['messages'], ['mdi', 'G79 Q100 Z-1 R0.5 P4'], ['messages']]
     answers = operate(tmp_path, steps, edit=f's#^SUBROUTINE_PATH = .*#SUBROUTINE_PATH = {folder}#')
     assert answers[3] == ['chipwise: G79: step-over D7.2 mm is larger than the tool (6 mm); use D up to 6 mm']
     assert len(answers[4]) == 1 and 'there is no sub O101' in answers[4][0]
@@ -58,3 +58,5 @@ def test_mdi(tmp_path):
     assert answers[10] == ['chipwise: G79: step-over D3.1 mm is above half the tool diameter (6 mm), which is the most of P4; use D up to 3 mm, or P0']
     assert answers[11] == [] and answers[12][2] == pytest.approx(0.5, abs=1e-6)
     assert 'G79: the engagement is above that of D in ' in json.dumps(answers[13])
+    assert answers[14:16] == [[], []] and 'stock as it stands' not in json.dumps(answers[16])
+    assert answers[17] == [] and 'G79: P4 starts from the stock as it stands, 9' in json.dumps(answers[18])

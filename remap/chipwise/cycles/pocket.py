@@ -26,6 +26,7 @@ from chipwise.cycles import pocket_engage
 from chipwise.cycles.chop_lines import depth_levels
 from chipwise.cycles.mover import Mover
 from chipwise.cycles.plan import CyclePlan, Note, Report
+from chipwise.cycles.standing import Standing
 from chipwise.cycles.word_checks import (EQUAL, MAX_PASSES, MOST_MOVES, check_depth_step, check_feeds, check_moves,
                                          check_step, gap_notes)
 from chipwise.errors import Area, CycleError
@@ -70,6 +71,7 @@ class PocketRequest:
     most_moves       a cycle of more is refused
     feed_per         "min", or "rev" under G95: for messages
     traverse_clearance  that a rapid keeps from stock at its side
+    stock            Standing that P4 starts from; None: solid
     """
 
     loops: tuple
@@ -92,6 +94,7 @@ class PocketRequest:
     most_moves: int = MOST_MOVES
     feed_per: str = "min"
     traverse_clearance: float = 0.2
+    stock: Optional[Standing] = None
 
 
 @dataclass(frozen=True)
@@ -169,12 +172,12 @@ def pocket_plan(request):
 
 def _engaged(driver, found):
     """P4: clears the regions in their order; notes on the engagement."""
-    over = []
+    done = []
     for region in found:
-        segments, more = pocket_engage.region_segments(region, driver.request)
-        pocket_engage.clear(driver, region, segments)
-        over += more
-    return pocket_engage.notes(over, driver.request.climb, driver.request.tool_radius)
+        planned = pocket_engage.levels(region, driver.request)
+        pocket_engage.clear(driver, region, planned)
+        done += planned
+    return pocket_engage.notes(done, driver.request.climb, driver.request.tool_radius)
 
 
 def _report(regions, missed, plunges):

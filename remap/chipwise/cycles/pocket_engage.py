@@ -10,6 +10,7 @@ the next path goes down the rest, as a feed.  All else is as in pocket.py.
 No path is given out that its certificate does not hold for (geometry/pocket/engage_proof.py).
 """
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -66,19 +67,43 @@ def flipped(chain):
     return Elements(chain.start * turn, chain.end * turn, chain.centre * turn, chain.radius, math.pi - chain.start_angle, -chain.sweep)
 
 
-def region_segments(region, request):
-    """Segments of one level, and notes about their engagement.  Raises CycleError where the certificate does not hold."""
+@dataclass(frozen=True)
+class Level:
+    """z; segments, none where nothing stands; over: places with more engagement (engage_proof.Proof); left: share that stands before the first path, of
+    what the tool reaches."""
+
+    z: float
+    segments: tuple
+    over: tuple
+    left: float = 1.0
+
+
+def levels(region, request):
+    """The Levels of a region, from the top.  Raises CycleError where a certificate does not hold."""
+    r, known, found = request, {}, []
+    for z in depth_levels(r.clearance, r.bottom + r.floor_allowance, r.depth_step, r.stock_top):
+        cleared = None if r.stock is None else r.stock.cleared(region.boundary, z, r.tool_radius, not r.climb)
+        key = cleared.start.tobytes() + cleared.end.tobytes() if cleared else b""
+        if key not in known:
+            left = engage_proof.left_mm2(region, r.tool_radius, cleared) / engage_proof.left_mm2(region, r.tool_radius) if cleared else 1.0
+            known[key] = (*_segments(region, r, cleared if cleared else None), left) if left > 0.0 else ((), (), 0.0)
+        found.append(Level(z, *known[key]))
+    return tuple(found)
+
+
+def _segments(region, request, cleared):
+    """Segments of one level, and places with more engagement."""
     r = request
     angle = math.acos(1.0 - r.step / r.tool_radius)
-    segments = engage.planned(region, r.tool_radius, r.step, r.feed / 60.0, r.traverse_clearance)
-    proof = engage_proof.prove(region, segments, r.tool_radius, angle)
+    segments = engage.planned(region, r.tool_radius, r.step, r.feed / 60.0, r.traverse_clearance, cleared, 0.0 if cleared is None else r.stock.cell)
+    proof = engage_proof.prove(region, segments, r.tool_radius, angle, cleared)
     side = 1.0 if r.climb else -1.0
     found = _fault(proof)
     if found:
         what, (x, y) = found
         raise CycleError(f"P4 found no path that keeps the engagement everywhere: it {what} at X{{x}} Y{{y}}", OTHER,
                          left=Area(proof.left_mm2), x=side * x, y=y)
-    return engage_proof.slowed(region, segments, proof, r.tool_radius, angle), proof.over
+    return engage_proof.slowed(region, segments, proof, r.tool_radius, angle, cleared), proof.over
 
 
 def _fault(proof):
@@ -94,11 +119,15 @@ def _fault(proof):
     return None
 
 
-def notes(over, climb, radius):
-    """What the operator should know of places where the engagement is above that of D."""
+def notes(done, climb, radius):
+    """What the operator should know of the Levels of all regions: stock that was gone before, places where the engagement is above that of D."""
+    over = [row for rows in dict.fromkeys(level.over for level in done) for row in rows]
     long = [row for row in over if row[2] > engage_proof.CORNER * radius]
     short = [row for row in over if row[2] <= engage_proof.CORNER * radius]
     found = ()
+    gone = 1.0 - sum(level.left for level in done) / len(done)
+    if gone > 0.005:
+        found += (Note(f"P4 starts from the stock as it stands, {100 * gone:.0f} % of the pocket is cleared already", {}),)
     if long:
         x, y, length, _ = max(long, key=lambda row: row[2])
         count, most = len(long), max(row[3] for row in long)
@@ -112,35 +141,42 @@ def notes(over, climb, radius):
     return found
 
 
-def clear(driver, region, segments):
-    """All levels of a region.  driver: pocket.py's, which has the mover and the link over to a start."""
+def clear(driver, region, planned):
+    """All Levels of a region.  driver: pocket.py's, which has the mover and the link over to a start."""
     r, mover = driver.request, driver.mover
-    levels = depth_levels(r.clearance, r.bottom + r.floor_allowance, r.depth_step, r.stock_top)
-    per_level = sum(len(segment.elements) + 4 for segment in segments)
-    check_moves(len(mover.moves) + len(levels) * per_level, r, "use a larger J or D")
+    count = sum(len(segment.elements) + 4 for level in planned for segment in level.segments)
+    check_moves(len(mover.moves) + count, r, "use a larger J or D")
     above = None
-    for z in levels:
-        new = True
-        for segment, chain in zip(segments, [segment.elements if r.climb else flipped(segment.elements) for segment in segments]):
-            if segment.kind == "entry":
-                _enter(driver, region, segment, chain, z, above)
-            elif segment.kind == "ramp":
-                _ramp(driver, chain, z, above)
-                new = True
-            elif segment.kind == "rapid":
+    for level in planned:
+        _level(driver, region, level, above)
+        above = level.z
+
+
+def _level(driver, region, level, above):
+    """One Level; above: the one before."""
+    r, mover, z, new = driver.request, driver.mover, level.z, True
+    for segment in level.segments:
+        chain = segment.elements if r.climb else flipped(segment.elements)
+        if segment.kind == "entry":
+            _enter(driver, region, segment, chain, z, above)
+        elif segment.kind == "ramp":
+            _ramp(driver, chain, z, above)
+            new = True
+        elif segment.kind == "over":
+            new = False
+            driver.over(tuple(chain.end[0].tolist()), above, None, False)
+        else:
+            if not new:
+                mover.down(min(z + LIFT_MM, mover.z))
+            if segment.kind == "rapid":
                 across(mover, chain, z, r.clearance)
-            elif segment.kind == "over":
-                new = False
-                driver.over(tuple(chain.end[0].tolist()), above, None, False)
             else:
                 if not new:
-                    mover.down(min(z + LIFT_MM, mover.z))
                     mover.plunge(z)
-                    new = True
                 if segment.kind == "cut" or mover.z - z > float(elements.lengths(chain).sum()) * math.tan(math.radians(r.ramp_angle)):
                     mover.down(z)
                 _follow(mover, chain, segment.share, z if mover.z > z else None)
-        above = z
+            new = True
 
 
 def _follow(mover, chain, share, z):

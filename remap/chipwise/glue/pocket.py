@@ -1,7 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """G79: words -> the fields of a PocketRequest.  Called by codes.py through session.run_cycle."""
 
-from chipwise.glue import shape
+import math
+
+from chipwise.clib import layout
+from chipwise.glue import program_run, shape
+from chipwise.glue.registers import status_now
+from chipwise.order import MapPlace
 from chipwise.pattern import mirroring
 
 WORDS = "qdikplzrjeh"
@@ -9,11 +14,26 @@ WORDS = "qdikplzrjeh"
 # D without a word, in tool diameters.
 STEP_SHARE = 0.4
 
+# P of the strategy that starts from the stock as it stands.
+ENGAGE = 4
+
 
 def order(state):
     """The order of G79 for session.run_cycle: State -> Order."""
     state.check_words(WORDS)
-    return state.order("pocket", _words(state), shape.job(state, shape.sub_number(state)))
+    fields = _words(state)
+    if starts_from_stock(state):
+        fields["map"] = MapPlace(int(layout.STOCK_MAGIC), state.machine_point((0.0, 0.0, 0.0)), math.radians(state.interp.rotation_xy))
+    return state.order("pocket", fields, shape.job(state, shape.sub_number(state)))
+
+
+def starts_from_stock(state):
+    """Whether the cycle starts from the map, for which the machine has to be at rest: P4 in a run with a certain stock and no fault.  What may be a line that run from
+    line skips must not wait, and starts from solid stock as in the preview."""
+    if state.number("p") != ENGAGE or not state.interp.task or program_run.may_be_skipped():
+        return False
+    _mode, certain, fault = status_now(state)
+    return certain and not fault
 
 
 def _words(state):

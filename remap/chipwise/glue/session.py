@@ -78,7 +78,7 @@ def carry_out(state, turn, outcome):
         turn.count(chunk)
 
 
-def run_cycle(interp, code, kwargs, order_of, check=State.check_modes, do=carry_out):
+def run_cycle(interp, code, kwargs, order_of, check=State.check_modes, do=carry_out, rests=None):
     """Run one cycle: a generator, as LinuxCNC wants it of a code that may have to wait.
 
     interp    the interpreter (`self` of a remap)
@@ -87,6 +87,7 @@ def run_cycle(interp, code, kwargs, order_of, check=State.check_modes, do=carry_
     order_of  function of a State, giving an Order
     check     function of a State that refuses modes
     do        generator function that executes the Outcome
+    rests     function of a State that says whether the machine has to be at rest before the order; None: never
     Yields INTERP_EXECUTE_FINISH for each wait (task_share.py) and in the end INTERP_OK or, with the message set, INTERP_ERROR:
     never an exception, never a traceback.
     """
@@ -99,6 +100,8 @@ def run_cycle(interp, code, kwargs, order_of, check=State.check_modes, do=carry_
             return
         state = State(interp, code, kwargs)
         check(state)
+        if rests and rests(state):
+            yield from turn.wait()
         plan = client.ask(order_of(state), turn.budget(state.settings["PLAN_TIME"]))
         while not plan.ready(turn.patience()):
             yield from turn.wait()

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """From an Order to its Outcome: the part of a cycle's work that takes time.  Pure; mm.
 
-Called by planner/server.py, a process apart from the interpreter: all that a plan may depend on is in the Order.
+Called by planner/server.py, a process apart from the interpreter: all that a plan may depend on is in the Order, but for the map of the stock tracker,
+of which the Order says where it is (order.MapPlace).
 """
 
 from dataclasses import replace
@@ -17,6 +18,7 @@ from chipwise.gcode_lines import DECIMALS, chunks
 from chipwise.order import Order, Outcome, Packed
 from chipwise.pattern import run as pattern_run
 from chipwise.pattern.recorded import Recorded
+from chipwise.planner import standing_stock
 from chipwise.turning import g26_plan as outcome
 from chipwise.turning import reach
 
@@ -79,8 +81,12 @@ def _contour(order: Order) -> CyclePlan:
 
 def _pocket(order: Order) -> CyclePlan:
     shape = read.read_shape(order.job)
+    fields = dict(order.fields)
+    place = fields.pop("map", None)
+    if place is not None:
+        fields["stock"] = standing_stock.standing(place, shape.loops, fields["tool_radius"])
     try:
-        return pocket.pocket_plan(pocket.PocketRequest(loops=shape.loops, **order.fields))
+        return pocket.pocket_plan(pocket.PocketRequest(loops=shape.loops, **fields))
     except ContourError as error:
         raise read.shape_error(shape, error) from error
 

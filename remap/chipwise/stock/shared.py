@@ -310,9 +310,21 @@ def attach(tracker=0, component=None, read_only=False):
             component.exit()
         raise SharedStockError(f"chipwise: stock map: there is no stock-tracker.{tracker}; start a LinuxCNC "
                                "with chipwise.hal") from error
+    try:
+        stock = of_key(key, read_only)
+    except SharedStockError:
+        if own:
+            component.exit()
+        raise
+    stock._held += (component,) if own else ()
+    return stock
+
+
+def of_key(key=layout.STOCK_MAGIC, read_only=True):
+    """The SharedStock under a key (that of stock-tracker.0 without one), for a process that has nothing to do with HAL."""
     mapped = Mapped(key, read_only, C.sizeof(_Head))
     stock = SharedStock(mapped.memory)
-    stock._held = (mapped, component) if own else (mapped,)
+    stock._held = (mapped,)
     size = len(mapped.memory)
     if size != stock._end_of_cells() + C.sizeof(layout.PathDone) + clamp_table.SIZE:
         stock.close()

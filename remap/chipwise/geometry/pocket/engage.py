@@ -9,21 +9,21 @@ Called by cycles/pocket_engage.py.  Pure; lengths mm, angles rad.  components/of
    one a row of paths that all climb.
 3. The parts of the walls that no path has followed are followed last, exactly.
 4. What a region behind a neck leaves gets an entry of its own.
-5. Needles between paths, which are too small to start a path at, are run over (engage_needles.py).
+5. Ground that was cleared before (a pocket that was begun) needs no helix: the stages begin there.
+6. Needles between paths, which are too small to start a path at, are run over (engage_needles.py).
 The stock is on the RIGHT of travel; for the other link round the pocket is mirrored.
 """
 import math
-from dataclasses import dataclass
 from typing import Optional
 
 import numpy as np
 
 from chipwise.geometry.pocket.engage_ground import Ground, fitted, rule
 from chipwise.geometry.base import chains, elements
-from chipwise.geometry.base.elements import Elements, make_lines
+from chipwise.geometry.base.elements import make_lines
 from chipwise.geometry.pocket import engage_links as links
 from chipwise.geometry.pocket import engage_needles
-from chipwise.geometry.pocket.engage_starts import BACK, Grid, border_poses
+from chipwise.geometry.pocket.engage_starts import BACK, Grid, Segment, border_poses
 from chipwise.geometry.pocket.engage_walls import VISITED_MM, Wall, beginning, nearest, sound
 
 # (kept to the border, in step-overs; least radius of the path, in tool radii)
@@ -66,30 +66,26 @@ HELIX, NARROWEST = 0.9, 0.05
 # A path begins so long before it cuts and goes on for so long after it, in tool radii.
 BEFORE, AHEAD = 0.05, 0.1
 
+# Ground that was cleared before falls short of what was by about so many cells: where it ends along a wall is looked for so far from it, too.
+LAGS = (1.3, 2.2)
+
 # Steps in which that place is looked for, and engagement that is a cut. rad
 FIRST_STEPS, LIGHT = 40, 0.06
 
 MOST_PATHS, MOST_ENTRIES = 4000, 40
 
 
-@dataclass(frozen=True, eq=False)
-class Segment:
-    """kind: "entry" (a full circle at the level, after a helix on it), "ramp" (down along it, to and fro), "cut", "feed" (over cleared ground),
-    "rapid" (lines, lifted), "over" (up, across and down to where the next one starts).  share: of the feed, for each element; None: 1."""
-
-    kind: str
-    elements: Elements
-    share: Optional[np.ndarray] = None
-
-
 class Planner:
     """Segments of one region."""
 
-    def __init__(self, region, radius, step, feed_mm_s, clearance):
+    def __init__(self, region, radius, step, feed_mm_s, clearance, cleared=None, lag=0.0):
         self.region, self.radius, self.step = region, radius, step
         self.feed_mm_s, self.clearance = feed_mm_s, clearance
         self.angle = math.acos(1.0 - step / radius) + MORE
         self.ground = Ground(region.contours, radius)
+        self.lags = () if cleared is None else (LAGS[0] * lag, LAGS[1] * lag)
+        if cleared is not None:
+            self.ground.clear(cleared)
         self.track = Ground(region.contours, VISITED_MM, size=radius / 2)         # knows which walls were followed
         self.walls = [Wall(contour, radius) for contour in region.contours]
         self.corners, self.tried = [], {}                                           # of the last stage
@@ -100,16 +96,17 @@ class Planner:
 
     def plan(self):
         """All segments."""
-        waiting = self.grid.patches(0.0)
+        seat = self.grid.seat()
+        if seat is not None:
+            self.pose = (*seat, 0.0)
+            self.segments.append(Segment("over", make_lines(np.array([seat]), np.array([seat]))))
+            self._stages()
+        waiting = self.grid.patches(0.0) if seat is None else self._waiting()
         for _ in range(MOST_ENTRIES):
-            if not waiting:
-                break
-            if not self._enter(max(waiting, key=lambda patch: self.grid.depth[tuple(patch.T)].max(initial=-1.0))):
+            if not waiting or not self._enter(max(waiting, key=lambda patch: self.grid.depth[tuple(patch.T)].max(initial=-1.0))):
                 break
             self._stages()
-            self.grid.refresh()
-            waiting = [p for p in self.grid.patches(PATCH_WIDE * self.radius)
-                       if len(p) * self.grid.size ** 2 > PATCH_LARGE * self.radius ** 2]
+            waiting = self._waiting()
         if self.pose is None:           # too narrow for a helix: only its border
             self.pose = (*self.region.boundary.start[0].tolist(), 0.0)
         self._walls()
@@ -117,6 +114,9 @@ class Planner:
         return tuple(self.segments)
 
     # ---- parts of the path ---------------------------------------------------------------------------------------
+
+    def _waiting(self):
+        return self.grid.patches(PATCH_WIDE * self.radius, PATCH_LARGE * self.radius ** 2)
 
     def _enter(self, patch):
         """By a helix at the deepest place of a patch; whether it has room for one."""
@@ -205,12 +205,12 @@ class Planner:
     def _stages(self):
         first, last_inset = True, None
         *stages, (last, bend) = STAGES
-        self.corners = self.corners or border_poses(self.region, last * self.step, bend * self.radius, self.radius)
+        self.corners = self.corners or border_poses(self.region, last * self.step, bend * self.radius, self.radius, self.lags)
         for share, rho in stages:
             inset = share * self.step
             if float(self.ground.depth(np.array([self.pose[:2]]))[0]) < inset - 1e-3:
                 continue
-            poses = border_poses(self.region, inset, rho * self.radius, self.radius)
+            poses = border_poses(self.region, inset, rho * self.radius, self.radius, () if inset else self.lags)
             if inset and not poses:
                 continue
             if inset != last_inset:
@@ -274,11 +274,8 @@ class Planner:
 
     def _patch_starts(self, inset):
         """Poses beside what is not cleared and touches no border, across from it."""
-        self.grid.refresh()
         found = []
-        for patch in self.grid.patches(inset + 0.02 * self.radius):
-            if len(patch) * self.grid.size ** 2 < (FEWEST * self.radius * self.step if inset else PATCH_LARGE * self.radius ** 2):
-                continue
+        for patch in self.grid.patches(inset + 0.02 * self.radius, FEWEST * self.radius * self.step if inset else PATCH_LARGE * self.radius ** 2):
             near = self.grid.beside(patch)
             if not len(near):
                 continue
@@ -341,6 +338,7 @@ class Planner:
         self.ground.clear(down)
 
 
-def planned(region, radius, step, feed_mm_s, clearance):
-    """Segments of one level of a region, climbing with the stock on the right."""
-    return Planner(region, radius, step, feed_mm_s, clearance).plan()
+def planned(region, radius, step, feed_mm_s, clearance, cleared=None, lag=0.0):
+    """Segments of one level of a region, climbing with the stock on the right.  cleared: a chain of places that the tool may have been at before; lag: side of the
+    cells that it was read from."""
+    return Planner(region, radius, step, feed_mm_s, clearance, cleared, lag).plan()

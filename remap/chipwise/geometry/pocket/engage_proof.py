@@ -2,7 +2,7 @@
 """What a finished path of constant engagement does: the certificate of P4.
 
 Called by cycles/pocket_engage.py.  The path is followed once more from the first segment on, as its lines and arcs are, over ground that is
-all stock again.  Lengths mm, angles rad.
+again as it was before.  Lengths mm, angles rad.
 """
 import math
 from dataclasses import dataclass, replace
@@ -52,9 +52,11 @@ class Proof:
         return max(self.over, key=lambda row: row[2], default=None)
 
 
-def prove(region, segments, radius, angle):
-    """Proof of the segments of one level of a region."""
+def prove(region, segments, radius, angle, cleared=None):
+    """Proof of the segments of one level of a region.  cleared: a chain of places that the tool may have been at before."""
     ground = Ground(region.contours, radius)
+    if cleared is not None:
+        ground.clear(cleared)
     over, gouge, rapid_at, plunge_at, gouge_at = [], 0.0, None, None, (0.0, 0.0)
     load = []
     for segment, after in zip(segments, (*segments[1:], *segments[-1:])):
@@ -79,6 +81,14 @@ def prove(region, segments, radius, angle):
     return Proof(tuple(over), gouge, gouge_at, left, tuple(place.tolist()), rapid_at, plunge_at, tuple(load))
 
 
+def left_mm2(region, radius, cleared=None):
+    """Of what the tool reaches: what stands before the first path."""
+    ground = Ground(region.contours, radius)
+    if cleared is not None:
+        ground.clear(cleared)
+    return ground.left(FINE_MM)[0]
+
+
 def _most(chain, engagement, spacing):
     """(n,) the most engagement of each element, of which each was judged at even places."""
     count = np.ceil(elements.lengths(chain) / spacing).astype(int)
@@ -86,14 +96,14 @@ def _most(chain, engagement, spacing):
     return np.array([engagement[b - n:b].max(initial=0.0) for b, n in zip(ends, count)])
 
 
-def slowed(region, segments, proof, radius, angle):
+def slowed(region, segments, proof, radius, angle, cleared=None):
     """Segments with less feed where the engagement is above that of the step-over by SLOW for long: no more is cut in a time there."""
     if not proof.longest or proof.longest[2] <= CORNER * radius:
         return segments
     parts = [segment if load is None or not (load > angle + SLOW).any() else
              replace(segment, elements=_divided(segment.elements, load > angle + SLOW, CORNER * radius)) for segment, load in zip(segments, proof.load)]
     found = []
-    for segment, load in zip(parts, prove(region, parts, radius, angle).load):
+    for segment, load in zip(parts, prove(region, parts, radius, angle, cleared).load):
         if load is not None and (load > angle + SLOW).any():
             width = 1.0 - np.cos(np.clip(load, angle, math.pi))
             segment = replace(segment, share=np.where(load > angle + SLOW, (1.0 - math.cos(angle)) / width, 1.0))

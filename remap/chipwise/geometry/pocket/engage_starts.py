@@ -4,11 +4,15 @@
 Called by engage.py.  Lengths mm, angles rad.
 """
 import math
+from dataclasses import dataclass
+from typing import Optional
 
 import numpy as np
 
 from chipwise.geometry.pocket.engage_ground import slack
 from chipwise.geometry.base import elements
+from chipwise.geometry.base.elements import Elements, make_lines
+from chipwise.geometry.pocket.engage_links import FINE_MM, RIM_MM
 from chipwise.geometry.pocket.machinable import machinable_regions
 
 # Spacing of poses and of the grid, in tool radii.
@@ -24,6 +28,16 @@ FAN = 0.05
 # The deepest place is found to this, in tool radii, by steps in so many directions.
 CLOSE = 0.005
 AROUND = np.array([(math.cos(k * math.pi / 4), math.sin(k * math.pi / 4)) for k in range(8)])
+
+
+@dataclass(frozen=True, eq=False)
+class Segment:
+    """kind: "entry" (a full circle at the level, after a helix on it), "ramp" (down along it, to and fro), "cut", "feed" (over cleared ground),
+    "rapid" (lines, lifted), "over" (up, across and down to where the next one starts).  share: of the feed, for each element; None: 1."""
+
+    kind: str
+    elements: Elements
+    share: Optional[np.ndarray] = None
 
 
 class Poses:
@@ -76,10 +90,10 @@ def _aside(point, heading, aside):
     return np.column_stack((point[:, 0] + aside * np.sin(heading), point[:, 1] - aside * np.cos(heading), heading))
 
 
-def border_poses(region, inset, rho, radius):
-    """Poses along the border of what remains of a region `inset` within it, with its corners rounded by rho."""
+def border_poses(region, inset, rho, radius, lags=()):
+    """Poses along the border of what remains of a region `inset` within it, with its corners rounded by rho; and the same further within it by each of the lags."""
     found = []
-    for part in machinable_regions(region.pocket, region.distance + inset + rho):
+    for part in [part for lag in (0.0, *lags) for part in machinable_regions(region.pocket, region.distance + inset + lag + rho)]:
         found += [Poses(pose) for contour in part.contours if len(pose := along_contour(contour, rho, POSES * radius))]
     return found
 
@@ -103,8 +117,19 @@ class Grid:
         if len(waiting[0]):
             self.cleared[waiting] = self.ground.rim(self.point[waiting], slack(self.ground.radius))
 
-    def patches(self, least):
-        """[(indices (n, 2))] of connected places, deeper than `least`, that are not cleared."""
+    def seat(self):
+        """(x, y) of a place whose whole circle is on cleared ground, the one with the most room; None."""
+        self.refresh()
+        index = np.argwhere(self.cleared)
+        for k in np.argsort(-self.depth[self.cleared], kind="stable"):
+            place = self.point[tuple(index[k])]
+            if self.ground.swept(make_lines(place[None], place[None]), -RIM_MM, FINE_MM):
+                return tuple(place.tolist())
+        return None
+
+    def patches(self, least, area=0.0):
+        """[(indices (n, 2))] of connected places, deeper than `least`, that are not cleared: of more than an area, mm2."""
+        self.refresh()
         left = {(int(i), int(j)) for i, j in zip(*np.nonzero(~self.cleared & (self.depth >= least)))}
         found = []
         while left:
@@ -117,7 +142,8 @@ class Grid:
                         left.remove(near)
                         patch.append(near)
                         edge.append(near)
-            found.append(np.array(sorted(patch)))
+            if len(patch) * self.size ** 2 > area:
+                found.append(np.array(sorted(patch)))
         return found
 
     def deepest(self, patch):
