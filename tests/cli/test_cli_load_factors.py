@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """chipwise load-factors: list and reset what chipwise-monitor keeps."""
 
+import contextlib
 import errno
 import json
 import os
@@ -68,6 +69,19 @@ def test_files(path, tmp_path):
     assert done.returncode == 0 and 'no factor is kept' in done.stdout and factors('--ini', ini, '--reset', '3').returncode == 2
     done = factors()
     assert done.returncode == 2 and 'no machine is named' in done.stderr
+
+
+def test_what_another_one_has_just_written_stays(path, monkeypatch):
+    """The file is read when nobody else changes it any more: with the lock of its folder."""
+    @contextlib.contextmanager
+    def others_first(folder, waits):
+        assert waits and folder == str(path.parent)
+        load_factors.write(str(path), {**KEPT, (7, '6061'): 3.0})
+        yield
+    monkeypatch.setattr(load_factors, 'locked', others_first)
+    parser, _modules = build_parser(('load-factors',))
+    assert command.run(parser.parse_args(['load-factors', '--file', str(path), '--reset', '3'])) == 0
+    assert sorted(load_factors.read(str(path))) == [(7, '6061'), (12, '6061'), (12, 'old "x"')]
 
 
 def test_a_disk_that_is_full(path, tmp_path, monkeypatch, capsys):

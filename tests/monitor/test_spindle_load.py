@@ -89,6 +89,25 @@ def test_a_factor_that_cannot_be_written_counts_all_the_same(tmp_path, monkeypat
     assert load_factors.read(str(tmp_path / "spindle_loads.toml")) == {(3, "6061"): 1.3, (3, "C45"): 0.9}
 
 
+def test_a_file_that_is_being_changed_is_written_at_the_next_look(tmp_path):
+    """Whoever has the lock, and what it writes, comes first; the monitor does not wait for it."""
+    watched, path = Watched(tmp_path), str(tmp_path / "spindle_loads.toml")
+    with load_factors.changing(path) as other:
+        watched.cut(1.3)
+        watched()
+        assert not watched.told and watched.pins["load-factor"] == 1.3 and not os.path.exists(path)
+        other[5, "C45"] = 2.0
+    watched()
+    assert load_factors.read(path) == {(3, "6061"): 1.3, (5, "C45"): 2.0} and len(watched.told) == 1 and "it is kept in" in watched.told[0]
+
+
+def test_a_broken_file_is_not_replaced(tmp_path):
+    watched, path = Watched(tmp_path), tmp_path / "spindle_loads.toml"
+    path.write_text("[3")
+    watched.cut(1.3)
+    assert path.read_text() == "[3" and watched.pins["load-factor"] == 1.3 and "is not kept in spindle_loads.toml: spindle_loads.toml: is not TOML" in watched.told[0]
+
+
 def test_wear_is_said_after_two_cuts_once(tmp_path, capsys):
     watched = Watched(tmp_path)
     for factor in (1.0, 1.35, 1.2, 1.36):

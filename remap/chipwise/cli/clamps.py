@@ -10,7 +10,7 @@ import json
 import os
 
 from chipwise.clamps import set_ups
-from chipwise.options.machine import file_of_machine, refuser
+from chipwise.options.machine import add_file_of_machine, file_of_machine, refuser
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import CycleError, unnamed
 from chipwise.stock.shape_comment import CYLINDER
@@ -26,8 +26,7 @@ def add_arguments(parser):
                         help='list: all set-ups; show P; add P CLAMP with --box or --cylinder; remove P [CLAMP]')
     parser.add_argument('set_up', nargs='?', metavar='P', help='number of a set-up')
     parser.add_argument('clamp', nargs='?', metavar='CLAMP', help='name of a clamp')
-    parser.add_argument('--ini', metavar='INI', help='the machine (default: INI_FILE_NAME)')
-    parser.add_argument('--file', metavar='FILE', help='file of the set-ups (default: [CHIPWISE]CLAMPS of the INI file)')
+    add_file_of_machine(parser, 'CLAMPS', 'set-ups')
     shape = parser.add_mutually_exclusive_group()
     shape.add_argument('--box', nargs=6, type=float, metavar=('X0', 'Y0', 'Z0', 'X1', 'Y1', 'Z1'), help='corners of the clamp')
     shape.add_argument('--cylinder', nargs=5, type=float, metavar=('X', 'Y', 'Z0', 'Z1', 'D'), help='axis, ends and diameter of the clamp')

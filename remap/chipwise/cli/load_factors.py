@@ -10,7 +10,7 @@ Exit status: 0 done, 2 the file cannot be read or changed, or there is no such f
 import json
 import os
 
-from chipwise.options.machine import UsageError, file_of_machine, refuser
+from chipwise.options.machine import UsageError, add_file_of_machine, file_of_machine, refuser
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import CycleError, printable, unnamed
 from chipwise.tool_data import load_factors
@@ -22,8 +22,7 @@ refuse = refuser(NAME)
 
 
 def add_arguments(parser):
-    parser.add_argument('--ini', metavar='INI', help='the machine (default: INI_FILE_NAME)')
-    parser.add_argument('--file', metavar='FILE', help='file of the factors (default: [CHIPWISE]SPINDLE_LOADS of the INI file)')
+    add_file_of_machine(parser, 'SPINDLE_LOADS', 'factors')
     parser.add_argument('--reset', nargs='+', action='append', default=[], metavar=('TOOL', 'MATERIAL'),
                         help='forget the factors of a tool, or the one in a material; may be repeated')
     parser.add_argument('--json', metavar='FILE', help='the factors, for programs')
@@ -35,11 +34,7 @@ def run(options):
     try:
         path = file_of_machine(options, 'SPINDLE_LOADS', refuse)
         check_outputs(refuse, {'--json': options.json}, [('the file of the factors', path), ('the INI file', options.ini or os.environ.get('INI_FILE_NAME'))])
-        found = load_factors.read(path)
-        gone = {key for words in options.reset for key in _keys(words, found, options, path)}
-        if gone:
-            found = {key: factor for key, factor in found.items() if key not in gone}
-            load_factors.write(path, found)
+        found, gone = _reset(path, options) if options.reset else (load_factors.read(path), set())
     except CycleError as error:
         refuse(unnamed(error))
     except OSError as error:
@@ -54,6 +49,15 @@ def run(options):
         factors = [{'tool': tool, 'material': material, 'factor': factor} for (tool, material), factor in sorted(found.items())]
         write_output(NAME, options.json, json.dumps({'file': printable(path), 'factors': factors}, indent=1) + '\n')
     return 0
+
+
+def _reset(path, options):
+    """-> the factors that are left, the keys of those that have gone."""
+    with load_factors.changing(path) as found:
+        gone = {key for words in options.reset for key in _keys(words, found, options, path)}
+        for key in gone:
+            del found[key]
+    return found, gone
 
 
 def _keys(words, found, options, path):

@@ -11,7 +11,7 @@ import json
 import math
 import os
 
-from chipwise.options.machine import file_of_machine, refuser
+from chipwise.options.machine import add_file_of_machine, file_of_machine, refuser
 from chipwise.cli.output import check_outputs, write_output
 from chipwise.errors import CycleError, format_length, unnamed
 from chipwise.stations import frame, store
@@ -23,8 +23,7 @@ refuse = refuser(NAME)
 
 
 def add_arguments(parser):
-    parser.add_argument('--ini', metavar='INI', help='the machine (default: INI_FILE_NAME)')
-    parser.add_argument('--file', metavar='FILE', help='file of the stations (default: [CHIPWISE]STATIONS of the INI file)')
+    add_file_of_machine(parser, 'STATIONS', 'stations')
     parser.add_argument('--error', type=float, default=0.01, metavar='MM', help='how far a taught point may be off (default: 0.01)')
     parser.add_argument('--at', nargs=3, type=float, metavar=('X', 'Y', 'Z'),
                         help='the error there too, in coordinates of the station')

@@ -62,11 +62,11 @@ def read_bytes(path: str, most: int) -> bytes:
 
 
 @contextlib.contextmanager
-def locked(folder: str) -> Iterator[None]:
-    """One writer in a folder at a time.  Raises OSError."""
+def locked(folder: str, waits: bool = True) -> Iterator[None]:
+    """One writer in a folder at a time.  Raises OSError; BlockingIOError where another one is at it and it does not wait."""
     handle = os.open(folder, os.O_RDONLY)
     try:
-        fcntl.flock(handle, fcntl.LOCK_EX)
+        fcntl.flock(handle, fcntl.LOCK_EX | (0 if waits else fcntl.LOCK_NB))
         yield
     finally:
         os.close(handle)

@@ -35,6 +35,7 @@ class SpindleLoad:
         self.pins, self.path, self.say, self.saying = component, settings.path('SPINDLE_LOADS'), say, Saying(inform)
         self.factors, self.stamp = {}, None
         self.cuts = None                        # of the last look
+        self.unkept, self.due = {}, set()       # factors that are not in the file yet; those of them that wait for its lock
         self.said_alarm = LoadAlarm.SOUND
         self.worn, self.said_worn = set(), set()        # (tool, material): of the last cut; said
         self.strange, self.said_strange = 0, False      # looks; since a cut gave its factor
@@ -49,13 +50,15 @@ class SpindleLoad:
             return
         self.stamp = stamp
         try:
-            self.factors = load_factors.read(self.path)
+            self.factors = {**load_factors.read(self.path), **self.unkept}
         except CycleError as error:
             self.say(unnamed(error))
 
     def follow(self, material, line):
         """material: its name, '' if it is not known; line: function that returns that of the program, 0 in MDI."""
         self.read()
+        if self.due:
+            self.keep()
         pins, key = self.pins, (self.pins['tool-number'], material)
         cuts, before = pins['load-cuts'], self.cuts
         self.cuts = cuts
@@ -71,14 +74,9 @@ class SpindleLoad:
         self.said_strange = False
         taught, file = self.factors.get(key), os.path.basename(self.path)
         if taught is None:
-            self.factors[key] = factor
-            try:
-                load_factors.write(self.path, self.factors)
-                self.stamp = os.stat(self.path).st_mtime_ns
-            except OSError as error:        # it counts until LinuxCNC ends
-                self.saying.tell(NOT_KEPT.format(factor=factor, tool=tool, material=material, file=file, reason=error.strerror or error))
-                return
-            self.saying.tell(TAUGHT.format(factor=factor, tool=tool, material=material, file=file))
+            self.factors[key] = self.unkept[key] = factor
+            self.due.add(key)
+            self.keep()
             return
         print(f'chipwise: spindle load: tool {tool} in {material} {factor:.3f}, taught {taught:.3f}', flush=True)
         worn = factor > WORN * taught
@@ -86,6 +84,23 @@ class SpindleLoad:
             self.said_worn.add(key)
             self.saying.tell(WEAR.format(tool=tool, ratio=factor / taught, material=material, file=file))
         (self.worn.add if worn else self.worn.discard)(key)
+
+    def keep(self):
+        """Write what has been taught; while somebody else writes it waits for the next look, not here."""
+        text, reason, told = TAUGHT, '', self.unkept
+        try:
+            with load_factors.changing(self.path, waits=False) as found:
+                found.update(self.unkept)
+            self.factors, self.stamp, self.unkept = found, os.stat(self.path).st_mtime_ns, {}
+        except BlockingIOError:
+            return
+        except OSError as error:            # it counts until LinuxCNC ends
+            text, reason, told = NOT_KEPT, error.strerror or error, self.due
+        except CycleError as error:
+            text, reason, told = NOT_KEPT, unnamed(error).partition('; ')[0], self.due
+        for tool, material in sorted(told):
+            self.saying.tell(text.format(factor=self.factors[tool, material], tool=tool, material=material, file=os.path.basename(self.path), reason=reason))
+        self.due.clear()
 
     def report(self, key, line):
         """An alarm, once."""

@@ -50,6 +50,12 @@ def add_ini(parser):
     parser.add_argument('--ini', metavar='INI', help='the machine (default: INI_FILE_NAME, else configs/mill.ini)')
 
 
+def add_file_of_machine(parser, key, what):
+    """--ini and --file of file_of_machine(); what: is in the file."""
+    parser.add_argument('--ini', metavar='INI', help='the machine (default: INI_FILE_NAME)')
+    parser.add_argument('--file', metavar='FILE', help=f'file of the {what} (default: [CHIPWISE]{key} of the INI file)')
+
+
 def file_of_machine(options, key, refuse):
     """Path of --file, else of the file that [CHIPWISE] of the machine names by a key; where no machine is named it is refused."""
     if options.file:

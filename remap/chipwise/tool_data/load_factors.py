@@ -7,10 +7,13 @@
 A person may delete a line, a tool or the file: the next cut teaches it again.
 """
 
+import contextlib
 import json
+import os
+from typing import Iterator
 
 from chipwise.errors import CycleError, braceless
-from chipwise.host.files import write_durable
+from chipwise.host.files import locked, write_durable
 from chipwise.host.toml_file import REMEDY, UNFINISHED, document
 
 HEAD = ("# Measured over predicted power of the spindle, by tool and material. chipwise-monitor writes this file.\n"
@@ -38,3 +41,12 @@ def write(path: str, factors: dict) -> None:
         lines.append(f"\n[{tool}]\n")
         lines += [f'{json.dumps(name)} = {factor:.4g}\n' for (number, name), factor in sorted(factors.items()) if number == tool]
     write_durable(path, "".join(lines).encode("utf-8"), UNFINISHED)
+
+
+@contextlib.contextmanager
+def changing(path: str, waits: bool = True) -> Iterator[dict]:
+    """The factors as they are in the file now, written at the end: one writer at a time.  Raises OSError (as files.locked) and CycleError."""
+    with locked(os.path.dirname(os.path.abspath(path)), waits):
+        found = read(path)
+        yield found
+        write(path, found)
