@@ -67,20 +67,14 @@ def test_entry(kind, side):
     assert load.max() < PEAK, load.max()
 
 
-@pytest.mark.parametrize("diameter, cell", [(3.0, 0.125), (6.0, 0.25), (6.0, 0.5), (10.0, 0.25)])
-@pytest.mark.parametrize("angle, skew", [(0.0, 0.0), (0.3, 0.2), (0.7, 1.0)])
-def test_the_chip_is_known_before_contact(diameter, cell, angle, skew):
-    """A step of 10 um at a time to a wall: the chip limits from two cells before the exact contact on, never below what is really met, and not much
-    sooner.  angle: of the path; skew: of the wall, rad."""
-    along, wall = np.array([math.cos(angle), math.sin(angle)]), np.array([-math.sin(angle + skew), math.cos(angle + skew)])
-    plane = Plane()
-    plane.cut([-80.0 * wall, 80.0 * wall], 8.0, -4.0)
-    contact, begin = (8.0 - 0.5 * diameter) / math.cos(skew), 5.0 * cell
-    drive, segment = Drive(plane, diameter, Z, Limits(chip=1.0), cell), core.line((*(0.0 * along), Z), (*((contact + 3.0) * along), Z))
+def read_along(plane, diameter, cell, begin, angle, places):
+    """[(chip that limits, chip that is really met)] of a feed of 1 mm per tooth, at places (mm, 10 um apart) from begin (x, y) on, angle: of the path."""
+    along = np.array([math.cos(angle), math.sin(angle)])
+    drive = Drive(plane, diameter, Z, Limits(chip=1.0), cell)
+    at, segment = (*begin, Z), core.line((*begin, Z), (*(begin + (places[-1] + 2.0) * along), Z))
     segment.accel = ACCEL
-    look, at, known = core.Lookahead(drive.stock, drive.tool), (0.0, 0.0, Z), []
-    cutter = core.Cutter(drive.stock, drive.tool, at)
-    for s in np.arange(contact - 2.0 * begin, contact + 1.0, 0.01):
+    look, cutter, seen = core.Lookahead(drive.stock, drive.tool), core.Cutter(drive.stock, drive.tool, at), []
+    for s in places:
         look.path.follow(1, segment.length, s)
         if look.path.c.count == 0:
             look.path.append(1, segment)
@@ -90,12 +84,45 @@ def test_the_chip_is_known_before_contact(diameter, cell, angle, skew):
         cutter.to(tip)
         profile, at = look.profile(20.0), tip
         chip = max((step.area for step in profile.tooth_step[:profile.tooth_steps] if step.distance <= 0.0), default=0.0)
-        known.append((s - contact, chip, chip_and_torque(plane.met(tip, angle, 0.5 * diameter, Z), 0.5 * diameter, 1.0, 1, 1.0, 0.0)[0]))
-    place, chip, true = np.array(known).T
+        seen.append((chip, chip_and_torque(plane.met(tip, angle, 0.5 * diameter, Z), 0.5 * diameter, 1.0, 1, 1.0, 0.0)[0]))
+    return np.array(seen).T
+
+
+@pytest.mark.parametrize("diameter, cell", [(3.0, 0.125), (6.0, 0.25), (6.0, 0.5), (10.0, 0.25)])
+@pytest.mark.parametrize("angle, skew", [(0.0, 0.0), (0.3, 0.2), (0.7, 1.0)])
+def test_the_chip_is_known_before_contact(diameter, cell, angle, skew):
+    """A step of 10 um at a time to a wall: the chip limits from two cells before the exact contact on, never below what is really met, and not much
+    sooner.  angle: of the path; skew: of the wall, rad."""
+    wall = np.array([-math.sin(angle + skew), math.cos(angle + skew)])
+    plane = Plane()
+    plane.cut([-80.0 * wall, 80.0 * wall], 8.0, -4.0)
+    contact, begin = (8.0 - 0.5 * diameter) / math.cos(skew), 5.0 * cell
+    places = np.arange(contact - 2.0 * begin, contact + 1.0, 0.01)
+    chip, true = read_along(plane, diameter, cell, np.zeros(2), angle, places)
+    place = places - contact
     first = place[np.flatnonzero((chip == 0.0) & (place < 0.0))[-1] + 1]           # it limits all the way from there
     assert true[place > 0.02].min() > 0.9 * math.cos(skew) and true[place < -0.02].max() == 0.0       # the contact is where it is said to be
     assert -begin < first <= -2.0 * cell, first / cell
     assert (chip[place > 0.0] >= 0.98 * true[place > 0.0]).all()
+
+
+@pytest.mark.parametrize("diameter, cell, angle", [(3.0, 0.125, 0.7), (6.0, 0.25, 0.3), (6.0, 0.5, 0.0), (10.0, 0.25, 0.7)])
+def test_the_chip_is_known_behind_contact(diameter, cell, angle):
+    """Through a post of 1 mm, whose chip ends at once: it limits from before the exact contact to two cells behind its end (that of the map is known to a
+    cell), and not much longer."""
+    along, across, ditch = np.array([math.cos(angle), math.sin(angle)]), np.array([-math.sin(angle), math.cos(angle)]), 0.5 * diameter + 2.0
+    plane = Plane()
+    for way, side in ((along, across), (across, along)):
+        for sign in (-1.0, 1.0):
+            plane.cut([sign * (0.5 + ditch) * side - 80.0 * way, sign * (0.5 + ditch) * side + 80.0 * way], ditch, -4.0)
+    before = 0.5 + 0.5 * diameter + 1.0
+    places = np.arange(0.0, before + 1.0 + 6.0 * cell, 0.01)
+    chip, true = read_along(plane, diameter, cell, -before * along, angle, places)
+    met = np.flatnonzero(true > 0.0)
+    last = places[np.flatnonzero(chip > 0.0)[-1]] - places[met[-1]]
+    assert true[met].min() > 0.9 and places[met[-1]] - places[met[0]] < 1.2        # it ends at once, and is a post
+    assert (chip[met] >= 0.98 * true[met]).all()
+    assert 2.0 * cell < last < 4.0 * cell, last / cell
 
 
 @pytest.mark.parametrize("kind, turn, share", [("power", 1.5, 1.0), ("power", -1.5, 0.2), ("chip", 1.5, 0.2), ("power", 1.5, 0.2)])
