@@ -112,9 +112,9 @@ def test_the_chip_is_known_behind_contact(diameter, cell, angle):
     cell), and not much longer."""
     along, across, ditch = np.array([math.cos(angle), math.sin(angle)]), np.array([-math.sin(angle), math.cos(angle)]), 0.5 * diameter + 2.0
     plane = Plane()
-    for way, side in ((along, across), (across, along)):
+    for line, side in ((along, across), (across, along)):
         for sign in (-1.0, 1.0):
-            plane.cut([sign * (0.5 + ditch) * side - 80.0 * way, sign * (0.5 + ditch) * side + 80.0 * way], ditch, -4.0)
+            plane.cut([sign * (0.5 + ditch) * side - 80.0 * line, sign * (0.5 + ditch) * side + 80.0 * line], ditch, -4.0)
     before = 0.5 + 0.5 * diameter + 1.0
     places = np.arange(0.0, before + 1.0 + 6.0 * cell, 0.01)
     chip, true = read_along(plane, diameter, cell, -before * along, angle, places)
