@@ -75,6 +75,30 @@ def test_what_is_not_probed_has_the_typed_height_and_the_allowance(tmp_path, cap
     assert figures["probed"] == pytest.approx(30 * 40 / (64 * 44), rel=0.03) and "of it was not probed and has the typed height" in said
 
 
+@pytest.mark.parametrize("rotation", [0, 30])
+def test_a_round_blank(tmp_path, capsys, rotation):
+    """A disc with a face that falls in X: no stock outside of the circle, never below the face, and at most 3 % above it."""
+    touched = [(x, y, 5.0 - x / 60.0) for x in range(2, 40, 3) for y in range(2, 40, 3) if math.hypot(x - 20, y - 20) < 19]
+    corners = ["--stock", 0, 0, 0, 40, 40, 8, "--offset", 100, 200, -50, "--cell", 0.5, "--error", 0, "--rotation", rotation]
+    status, (head, cells), figures = made(tmp_path, written(tmp_path / "p.xyz", touched), *corners, "--round")
+    assert status == 0 and head.shape == 1 and head.turn == 0.0
+    stock = core.Stock((0, 0, 0), (1, 1, 1), 0.5, capacity=head.count)
+    SharedStock(memoryview(stock._block)).put(head, cells)
+    assert core.library().chip_stock_sound(stock.address, 0.5, 0.5, head.count)
+    centre = np.array(head.low[:2]) + 20
+    x, y = (low + (np.arange(count) + 0.5) * 0.5 for low, count in zip(head.low, (head.nx, head.ny)))
+    away, top = np.hypot(x[None] - centre[0], y[:, None] - centre[1]), tops((head, cells)) + 50
+    turn = math.radians(rotation)
+    face = 5.0 - (20 + (x[None] - centre[0]) * math.cos(turn) + (y[:, None] - centre[1]) * math.sin(turn)) / 60.0
+    assert (top[away > 20.5] == 0).all() and (top[away < 19.5] > face[away < 19.5] - ROUNDING).all()
+    truth, edge = math.pi * 400 * (5 - 20 / 60), math.pi * (400 - 17 ** 2) * (8 - 5)          # what points do not surround has the typed height
+    assert truth < stock.volume() < 1.03 * truth + edge and figures["probed"] > 0.75
+    probed = away < 16
+    assert top[probed].sum() / face[probed].sum() < 1.03
+    status, _found, _figures = made(tmp_path, tmp_path / "p.xyz", *corners[:4], 44, *corners[5:], "--round")
+    assert status == 2 and "as long in X as in Y, and this one has 44 x 40 mm; give the square" in capsys.readouterr().err
+
+
 def test_a_rotated_work_offset(tmp_path):
     """The map is the upright box around the blank, and the points lie in the turned one; a quarter turn stays upright."""
     points_file = written(tmp_path / "p.xyz", [(x, y, 5.0 - x / 60.0) for x, y, _ in SQUARE])

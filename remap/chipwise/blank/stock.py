@@ -17,6 +17,7 @@ from chipwise.errors import CycleError
 from chipwise.stock import store
 
 MOST_CELLS = 20_000_000
+ROUND_MM = 1e-3             # by which the sides of the square around a round blank may differ
 BELOW = 0.03                # of the volume: what a probed blank should be above the truth at most
 
 
@@ -47,22 +48,27 @@ class Probed:
         return None if self.above_share <= BELOW else self.spacing * BELOW / self.above_share
 
 
-def made(points: np.ndarray, box: tuple, place: Place, cell: float, error: float, allowance: float) -> Probed:
-    """points (n, 3) and box (low, high), work coordinates; place: of their zero in the machine; error: the probe's.  Raises CycleError."""
+def made(points: np.ndarray, box: tuple, place: Place, cell: float, error: float, allowance: float, is_round: bool = False) -> Probed:
+    """points (n, 3) and box (low, high), work coordinates; place: of their zero in the machine; error: the probe's; is_round: whether the blank is the cylinder
+    along Z in the box.  Raises CycleError."""
     low, high = (np.asarray(corner, float) for corner in box)
     low, high = low - [allowance, allowance, 0.0], high + allowance
     _check(points, low, high, error)
     sizes = high - low
+    if is_round and abs(sizes[0] - sizes[1]) > ROUND_MM:
+        raise CycleError(f"a round blank is as long in X as in Y, and this one has {sizes[0]:g} x {sizes[1]:g} mm", "give the square around it, or leave --round out")
     if sizes[0] * sizes[1] / cell ** 2 > MOST_CELLS:
         raise CycleError(f"a cell of {cell:g} mm is too small for a blank of {sizes[0]:g} x {sizes[1]:g} mm", "use a larger --cell")
     middle = place.machine(((low + high) / 2)[None])[0]
     quarters, turn = divmod(place.rotation % 360.0, 90.0)
-    if not turn:                    # upright all the same
+    if is_round:
+        turn = 0.0
+    elif not turn:                  # upright all the same
         sizes = sizes[[1, 0, 2]] if quarters % 2 else sizes
     else:
         turn += 90.0 * quarters
     try:
-        stock = core.Stock(middle - sizes / 2, middle + sizes / 2, cell, turn=math.radians(turn))
+        stock = core.Stock(middle - sizes / 2, middle + sizes / 2, cell, shape=int(layout.StockShape.CYLINDER if is_round else layout.StockShape.BOX), turn=math.radians(turn))
     except core.CoreError as problem:
         raise CycleError(str(problem), "correct --stock or --cell") from problem
     head, cells = stock.head, stock.cells

@@ -30,6 +30,7 @@ def add_arguments(parser):
     parser.add_argument('file', metavar='FILE', help='touched points, or a height map')
     parser.add_argument('-o', '--output', required=True, metavar='OUT', help='FILE.stock, or a slot for M254')
     parser.add_argument('--stock', required=True, nargs=6, type=float, metavar=('X0', 'Y0', 'Z0', 'X1', 'Y1', 'Z1'), help='corners of the blank, in the coordinates of the points')
+    parser.add_argument('--round', action='store_true', help='the blank is the cylinder along Z in these corners: outside of the circle there is no stock')
     parser.add_argument('--error', type=float, default=0.01, metavar='MM', help='how far a touched point may be off (default: 0.01)')
     parser.add_argument('--allowance', type=float, metavar='MM', help='how much larger the blank may be, at its sides and top (default: [CHIPWISE]ALLOWANCE with a machine, else 0)')
     parser.add_argument('--offset', nargs=3, type=float, metavar=('X', 'Y', 'Z'), help='machine coordinates of the zero of the points; the log of probe_grid.ngc has it')
@@ -88,7 +89,7 @@ def made(options, settings):
     place = place_of(options, touched)
     allowance = options.allowance if options.allowance is not None else settings['ALLOWANCE'] if settings else 0.0
     cell = options.cell or (settings['CELL'] if settings else 0.25)
-    return stock.made(touched.points, (options.stock[:3], options.stock[3:]), place, cell, options.error, allowance)
+    return stock.made(touched.points, (options.stock[:3], options.stock[3:]), place, cell, options.error, allowance, options.round)
 
 
 def place_of(options, touched):
