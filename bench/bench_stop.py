@@ -59,6 +59,9 @@ PROGRAMS = {
     "G79, 15,000 elements": milled("G79 Q100 Z-10 J2", outline(15000)),
     "G75, 990 copies of 500 moves": milled("G75 Q100 L990 I0.1", zigzag(497)),
     "G75, 24 copies of 19,000 moves": milled("G75 Q100 L24 I0.1", zigzag(18997)),
+    "a clamp that the machine is held before": ("mill.ini", "(CLAMP,BOX,XMIN=60,YMIN=-20,ZMIN=-20,XMAX=80,YMAX=20,ZMAX=20)\nG21 G90 G17 G64 P0.01 T1 M6 F3000\n"
+                                                            "G0 X0 Y0 Z5\nG4 P3\nG1 X200\nG4 P100\nM2\n"),
+    "M256 again and again": ("mill.ini", "G21 G90 G17 T1 M6 F3000\nG0 X0 Y0 Z5\no1 repeat [5000]\nM256 P0\no1 endrepeat\nM2\n"),
     "G26, 4,500 elements": turned("G26 Q100 I0.3 D0.15 E0.08 F0.2", shaft(4500)),
 }
 
