@@ -4,30 +4,37 @@
 Called by glue/emit.py and session.py.  The interpreter keeps the mode of G64 and not its P and Q; canon has them (emccanon.cc, 2.9 and 2.10), in
 program units.
 
-An abort drops what is queued, so motion may keep the mode of the inside, while interpreter and canon, which are ahead of it, have the program's own
-again.  renew() sends that once more, before the first move of another program that has a code of ours or an F word before it.
+Motion may have another mode than interpreter and canon, which are ahead of it: an abort drops what is queued, so that the mode of the inside stays, and
+LinuxCNC up to 2.9.1 forgets mode and tolerance in motion where the machine is switched off, E-stop included, so that it then rounds corners as G64 without P
+does (tpClear() of tp.c; mended in its pull request 2742).  The codes of RS274NGC_STARTUP_CODE are lost so, too.  renew() sends the mode once more, before the
+first move of another program that has a code of ours or an F word before it.
 """
 
 import emccanon
 
 from chipwise.errors import MM_PER_INCH
 from chipwise.gcode_lines import path_text
+from chipwise.glue import program_run
 from chipwise.moves import CALLERS_PATH, PATH
 from chipwise.pattern import mirroring
 
 _CODES = {610: 61, 611: 61.1, 640: 64}      # by the interpreter's active G-code, which the preview has, too
 
 
-class _Sent:
-    """inside: whether motion may have the mode of an inside."""
+class _Renewal:
+    """due: whether the mode is to be sent once more."""
 
-    inside = False
+    due = False
 
 
-def renew(interp):
-    """In the task, when another context has begun: the mode that interpreter and canon have, for motion, if an inside may have left another one."""
-    if _Sent.inside and interp.task:
-        _Sent.inside = False
+def renew(interp, another):
+    """In the task: the mode that interpreter and canon have, for motion, where another context begins.  What is queued before the line that the run starts
+    from is lost, so until that line is known to be behind it is sent again."""
+    if not interp.task:
+        return
+    _Renewal.due = _Renewal.due or another
+    if _Renewal.due and not program_run.skipped():
+        _Renewal.due = program_run.may_be_skipped()
         for text in _callers(interp):
             interp.execute(text)
 
@@ -46,7 +53,6 @@ class PathMode:
         if self._callers is None:
             self._callers = _callers(self._interp)
         self._changed = line != CALLERS_PATH
-        _Sent.inside = _Sent.inside or self._changed and bool(self._interp.task)
         if self._changed:       # the reader of a pattern around this one sees a line by its comment (pattern/runner.py)
             self._interp.execute(line if mirroring.path is None else line + " (.)")
         else:

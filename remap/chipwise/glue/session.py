@@ -35,7 +35,7 @@ def begin(interp, words):
         barriers.forget(interp)
         clamps.forget(interp)
         known_cuts.forget(interp)
-        path_mode.renew(interp)
+    path_mode.renew(interp, another)
     volumetric.begin(interp, another)
     restore_programmed(interp)
 
