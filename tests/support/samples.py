@@ -191,7 +191,8 @@ def be_patient(ini):
     """The samples let the task wait 1 s for motion; on a busy machine LinuxCNC would end, with chipwise or without."""
     with open(ini, errors='surrogateescape') as handle:
         text = handle.read()
-    text = re.sub(r'^(HALCMD\s*=\s*loadusr) (gladevcp)', r'\1 -W \2', text, flags=re.MULTILINE)         # touchy gives its panel 1 s to make its pins
+    # touchy gives its panel, whose component has a name of its own, 1 s to make its pins
+    text = re.sub(r'^(HALCMD\s*=\s*loadusr) (gladevcp .*-c (\w+))', r'\1 -Wn \3 \2', text, flags=re.MULTILINE)
     with open(ini, 'w', errors='surrogateescape') as handle:
         handle.write(re.sub(r'^COMM_TIMEOUT\s*=.*$', 'COMM_TIMEOUT = 30', text, flags=re.MULTILINE))
 
