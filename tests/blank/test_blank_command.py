@@ -4,6 +4,7 @@ import errno
 import json
 import math
 import os
+import types
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ from chipwise.blank import doubt, points
 from chipwise.cli import main
 from chipwise.clib import core
 from chipwise.host import files
+from chipwise.monitor.stock_files import StockFiles
+from chipwise.settings import parse_settings
 from chipwise.stock import store
 from chipwise.stock.shared import SharedStock
 from support.castings import CASES, CELL, MOST_ABOVE, Casting
@@ -207,6 +210,22 @@ def test_the_doubt_belongs_to_its_stock(tmp_path):
     other["top"][5, 5] -= 0.5
     store.write(out, found[0], other)
     assert doubt.read(out) is None
+
+
+def test_the_doubt_is_shown_as_long_as_its_stock_is_there(tmp_path):
+    """chipwise-monitor.stock-doubt, which the page shows."""
+    _status, _found, figures = made(tmp_path, written(tmp_path / "p.xyz", [(x, y, 5.0 - x / 20.0) for x, y, _ in SQUARE]), *PLACED)
+    pins, said = {}, []
+    files = StockFiles(pins, parse_settings({}), said.append)
+    files.stock = types.SimpleNamespace(definitions=7)
+    files.say_doubt(str(tmp_path / "a.stock"))
+    files.follow_doubt()
+    assert pins["stock-doubt"] == pytest.approx(figures["most_doubt_mm"]) and said[0].startswith("the stock is a probed blank: it may be up to")
+    files.stock.definitions = 8
+    files.follow_doubt()
+    assert pins["stock-doubt"] == 0.0
+    files.say_doubt(str(tmp_path / "b.stock"))
+    assert pins["stock-doubt"] == 0.0 and len(said) == 1
 
 
 def test_the_spacing_that_3_percent_needs_is_said(tmp_path, capsys):

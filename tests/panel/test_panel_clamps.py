@@ -183,9 +183,9 @@ def new_clamps(page, machine):
 
 
 @pytest.mark.skipif(panel_browser.missing() != "", reason=panel_browser.missing() or "a browser")
-def test_in_a_browser(page, tmp_path):
+def test_in_a_browser(shop, page, tmp_path):
     """Read the list, switch a set-up on and see it in the picture, take corners from the tool, draw a box, clear."""
-    page, machine = page
+    (page, machine), rig = page, shop[0]
     page.says("enter the token to change clamps")
     assert page.texts("#clamps-set-ups tr") == [["P2", "vice", "2", "-"], ["P9", "", "1", "-"]] and page.texts("#clamps-rows tr")[0][:3] == ["jaw", "box", "10 30 -30"]
     page.run("sessionStorage.setItem('chipwise-token', arguments[0])", TOKEN)
@@ -207,3 +207,5 @@ def test_in_a_browser(page, tmp_path):
     page.press("close")
     page.wait("chipwise.state.clamps.length === 0", "no clamp")
     assert page.clamp_pixels() < 30
+    rig.machine.values["doubt"] = 2.1
+    page.wait("document.getElementById('stock-note').textContent === 'A probed blank: higher than the part by up to 2.10 mm'", "the doubt of the stock")

@@ -25,6 +25,12 @@ def write(path: str, figures: dict) -> None:
 
 def read(path: str) -> str | None:
     """What to say of the stock in the file at `path`; None if nothing is known of it."""
+    found = figures_of(path)
+    return sentence(found) if found else None
+
+
+def figures_of(path: str) -> dict[str, float] | None:
+    """{name of FIGURES: value} of the stock in the file at `path`; None if nothing is known of it."""
     try:
         found = json.loads(read_bytes(path + ENDING, MOST_BYTES))
         if found["of"] != store.digest_of(path).hex():
@@ -32,7 +38,7 @@ def read(path: str) -> str | None:
         values = {name: float(found[name]) for name in FIGURES}
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return None
-    return sentence(values) if all(0.0 <= value <= FIGURES[name] and math.isfinite(value) for name, value in values.items()) else None
+    return values if all(0.0 <= value <= FIGURES[name] and math.isfinite(value) for name, value in values.items()) else None
 
 
 def sentence(figures: dict[str, Any]) -> str:

@@ -16,7 +16,7 @@ def make_component():
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
     for name in ('tool-number', 'tool-followed', 'heartbeat', 'program-loaded', 'program-mark', 'job-stock', *known.PINS):
         component.newpin(name, hal.HAL_S32, hal.HAL_OUT)
-    for name in ('tool-max-rate', 'tool-flutes', 'max-chip', 'min-chip', 'max-power', 'max-force', 'tool-stiffness', 'specific-force', 'force-exponent', 'load-factor'):
+    for name in ('tool-max-rate', 'tool-flutes', 'max-chip', 'min-chip', 'max-power', 'max-force', 'tool-stiffness', 'specific-force', 'force-exponent', 'load-factor', 'stock-doubt'):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
     component.newpin('adaptive-off', hal.HAL_BIT, hal.HAL_OUT)
     component.newpin('feed-override', hal.HAL_FLOAT, hal.HAL_OUT)

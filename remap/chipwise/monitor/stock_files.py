@@ -50,6 +50,7 @@ class StockFiles:
         self.component, self.settings, self.say, self.working = component, settings, say, working
         self.stock, self.place = None, place
         self.served = 0
+        self.doubted = 0            # count() of the stock whose doubt is known
         self.clamps = ClampsInForce(component, settings)
         self.kept_is_due = settings['KEEP_STOCK']
         self.was_on = False         # the machine, in this run: it may have cut
@@ -65,6 +66,7 @@ class StockFiles:
         """A request of the interpreter, or the stock of the last run, once."""
         self.attach()
         self.follow_live()
+        self.follow_doubt()
         if self.live and self.place:
             self.live.note(*self.place())
         request = self.component['request']
@@ -172,9 +174,16 @@ class StockFiles:
     def say_doubt(self, path):
         """If a stock is that of a probed blank (`chipwise blank`), how sure it is."""
         from chipwise.blank import doubt
-        said = doubt.read(path)
-        if said:
-            self.say(f'the stock is a probed blank: {said}')
+        found = doubt.figures_of(path)
+        self.component['stock-doubt'] = found['most_doubt_mm'] if found else 0.0
+        self.doubted = self.count() if found else 0
+        if found:
+            self.say(f'the stock is a probed blank: {doubt.sentence(found)}')
+
+    def follow_doubt(self):
+        """Another stock has no doubt."""
+        if self.doubted and self.doubted != self.count():
+            self.doubted, self.component['stock-doubt'] = 0, 0.0
 
     def give(self, found):
         """(head, cells) to the map; -> the reply."""

@@ -323,7 +323,7 @@ def watch(component, settings, inherited, died):
     monitor = Monitor(component, settings, died, not (inherited or died))
     if inherited or died:
         monitor.stock_files.kept_is_due = False         # the stock is that of this run
-        component['reply'] = component['hold'] = component['assumed'] = component['job'] = component['job-waits'] = 0      # the one before may have left them set
+        component['reply'] = component['hold'] = component['assumed'] = component['job'] = component['job-waits'] = component['stock-doubt'] = 0      # the one before may have left them set
     try:
         while True:
             monitor.step()

@@ -36,7 +36,7 @@ NUMBERS = {             # name here: pin
     "work": TRACKER + "work-percent",
     "guard_reason": GUARD + "reason", "guard_clamp": GUARD + "clamp", "guard_part": GUARD + "part", "guard_line": GUARD + "line", "guard_rapid": GUARD + "guard-rapid",
     "guard_flute": GUARD + "guard-flute", "line": INPUTS + "program-line",
-    "tool": MONITOR + "tool-number", "tool_assumed": MONITOR + "tool-assumed", "flutes": MONITOR + "tool-flutes", "revolutions": INPUTS + "spindle-speed"}
+    "tool": MONITOR + "tool-number", "tool_assumed": MONITOR + "tool-assumed", "doubt": MONITOR + "stock-doubt", "flutes": MONITOR + "tool-flutes", "revolutions": INPUTS + "spindle-speed"}
 LENGTHS = {
     "depth": TRACKER + "depth", "pos_x": TRACKER + "pos-x", "pos_y": TRACKER + "pos-y", "pos_z": TRACKER + "pos-z",
     "offset_x": TRACKER + "tool-offset-x", "offset_y": TRACKER + "tool-offset-y", "offset_z": TRACKER + "tool-offset-z",

@@ -215,7 +215,7 @@ class Watch:
         """What a page shows beside the stock; mm, mm/s, mm2, mm3/min."""
         shown = ("mrr", "target", "lower", "override", "area", "area_ahead", "depth", "tip", "tool", "tool_diameter",
                  "tool_corner_radius", "tool_flute_length", "removed", "line", "current_vel", "feed_per_tooth", "programmed_vel",
-                 "requested_vel", "work")
+                 "requested_vel", "work", "doubt")
         mode, limit = int(pins["mode"]), int(pins["limited_by"])
         run = self.run
         return {**{name: pins[name] for name in shown}, "time": self.history[-1][0], "clock": round(time.time(), 3), "look": self.number + 1,

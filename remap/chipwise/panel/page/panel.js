@@ -99,7 +99,7 @@
         put('removed', inch() ? `${(s.removed / MM3_PER.in3).toFixed(3)} in3` : `${(s.removed / MM3_PER.cm3).toFixed(2)} cm3`);
         put('work', `${s.work} %`);
         put('log-error', s.log_error);
-        put('stock-note', window.chipwise.told('stock-note') || s.stock_error || (s.stock ? (s.ready ? '' : t('The feed is F as programmed')) : t('No stock is defined; use M250')) || pathNote(s.ahead));
+        put('stock-note', window.chipwise.told('stock-note') || s.stock_error || (s.stock ? (s.ready ? doubt(s.doubt) : t('The feed is F as programmed')) : t('No stock is defined; use M250')) || pathNote(s.ahead));
     }
 
     // What depends on a stock or a tool that nobody has confirmed is marked.
@@ -108,6 +108,8 @@
         document.body.classList.toggle('assumed', s.assumed);
         document.body.classList.toggle('assumed-tool', s.tool_assumed);
     }
+
+    const doubt = (mm) => (mm > 0 ? `${t('A probed blank: higher than the part by up to')} ${length(mm)}` : '');
 
     // Why the path ahead ends before the program does.
     const pathNote = (a) => (a.note ? `${t('Path ahead')}${a.line ? `, ${t('Line')} ${a.line}` : ''}: ${t(a.note)}` : '');
