@@ -3,13 +3,18 @@
 
 A cutter of 10 mm goes to and fro at 100 mm/s, 1 mm deeper on each lane, as fast as it cuts the most.  Shares are computing time of the thread that saves,
 so other load does not count; ages are real time, the disk's time in them.
+
+What the servo thread has of it (period()): the same cuts, one servo period each, while another process saves the map, look after look without a pause, and
+while none does.  The saver writes nothing into the map and holds no lock, so only the caches can be felt.
 """
 
+import array
 import ctypes
 import json
 import math
 import mmap
 import os
+import statistics
 import sys
 import tempfile
 import threading
@@ -29,7 +34,10 @@ from chipwise.stock.shared import SharedStock
 assert ROOT
 POLL_S, VELOCITY, DEPTH = 0.02, 100.0, 12.0
 LOOKS = 60
+PERIODS, BLOCKS = 500, 20   # servo periods in a row with a saver, then as many without, so many times
+SERVO_S = 0.001
 AGE_S = 10.0
+MOST_MM2 = 1e5              # of a map for period(): its cells are looked at over and over
 MOST_READ = 1 << 24         # cells: reading makes copies
 SIZES = (("sample map", 0.25, 300.0, 200.0), ("map of 64 MB", 0.1, 320.0, 250.0), ("largest map, 2 GiB", 0.1, 1638.0, 1638.0))
 
@@ -55,9 +63,12 @@ class Cutting:
         lane, along = divmod(self.at, self.wide)
         return (along if int(lane) % 2 == 0 else self.wide - along, 10.0 + lane * 8.0 % (self.deep - 20.0), -1.0 - math.fmod(lane, DEPTH))
 
-    def poll(self, live):
-        self.at += VELOCITY * POLL_S
+    def advance(self, seconds):
+        self.at += VELOCITY * seconds
         self.cutter.to(self.tip())
+
+    def poll(self, live):
+        self.advance(POLL_S)
         live.note(self.tip(), 5.0, 1, "part.ngc")
 
 
@@ -102,6 +113,48 @@ def age(name, cutting, live):
     show(f"{name}: age", oldest, "s", f"largest in {time.monotonic() - spent[1]:.0f} s, cutting, {threading.active_count()} threads", target=1)
 
 
+def save_always(cutting, folder, shared):
+    """A process that saves the map while shared[0] is 1; shared[1]: looks, shared[2:5]: the tip."""
+    live = live_stock.LiveStock(os.path.join(folder, JOURNAL), cutting.stock, print)
+    while shared[0] >= 0:
+        if shared[0]:
+            live.note(tuple(shared[2:5]), 5.0, 1, "part.ngc")
+            live.look()
+            shared[1] += 1
+        else:
+            time.sleep(0.001)
+
+
+def period(name, size, folder):
+    """Computing time of the cut of a servo period, while the map is saved and while it is not."""
+    cutting, shared = Cutting(*size), memoryview(mmap.mmap(-1, 40)).cast("d")
+    child = os.fork()
+    if not child:
+        try:
+            save_always(cutting, folder, shared)
+        finally:
+            os._exit(0)
+    spent = {0: [], 1: []}
+    try:
+        for block in range(2 * BLOCKS):
+            saving = block % 2
+            shared[0], had = saving, shared[1]
+            while saving and shared[1] < had + 1:       # it has begun
+                time.sleep(0.001)
+            for _ in range(PERIODS):
+                shared[2:5] = memoryview(array.array("d", cutting.tip()))
+                began = time.thread_time_ns()
+                cutting.advance(SERVO_S)
+                spent[saving].append(time.thread_time_ns() - began)
+    finally:
+        shared[0] = -1
+        os.waitpid(child, 0)
+    without, beside = (statistics.median(spent[saving]) / 1000 for saving in (0, 1))
+    most = [statistics.quantiles(spent[saving], n=100)[98] / 1000 for saving in (0, 1)]
+    show(f"{name}: a servo period's cut while it is saved", 100 * (beside / without - 1), "%", f"longer, median; {beside:.1f} us, {without:.1f} us without; 99 % below "
+         f"{most[1]:.1f} us, {most[0]:.1f} us without; {shared[1]:.0f} looks", target=5)
+
+
 def main(chosen):
     for name, *size in SIZES:
         if chosen and not any(part in name for part in chosen):
@@ -110,6 +163,9 @@ def main(chosen):
             cutting, live = share(name, size, folder)
             age(name, cutting, live)
             del cutting, live
+        if size[1] * size[2] < MOST_MM2:
+            with tempfile.TemporaryDirectory(dir=os.path.join(ROOT, "build")) as folder:
+                period(name, size, folder)
 
 
 if __name__ == "__main__":

@@ -69,9 +69,14 @@ def test_an_edited_program_with_an_old_date(stop):
     refused(stop, "the kept stock is cut where the program has not cut")
 
 
-def test_another_tool(stop):
-    (stop.ini.parent / "mill.tbl").write_text("T1 P1 D5.0\nT2 P2 D3.0\n")
-    refused(stop, "the kept stock is cut where the program has not cut")
+@pytest.mark.parametrize("file, text, what", [("mill.tbl", "T1 P1 D5.0\nT2 P2 D3.0\n", "the kept stock is cut where the program has not cut"),
+                                              ("mill.tbl", "T1 P1 D7.0\nT2 P2 D3.0\n", "that the program has cut up to there"),
+                                              ("mill.tbl", "T9 P9 D6.0\n", "tool 1"),
+                                              ("tools.toml", "[tool.1]\nshape = 'ball'\n", "the kept stock is cut where the program has not cut")],
+                         ids=["thinner", "thicker", "missing", "ball"])
+def test_another_tool(stop, file, text, what):
+    (stop.ini.parent / file).write_text(text)
+    refused(stop, what)
 
 
 def test_other_offsets(stop):
