@@ -10,6 +10,7 @@
   tests/core/*.c          collected as one test per program
 """
 
+import gc
 import json
 import os
 import subprocess
@@ -92,6 +93,15 @@ def is_sandboxed(path):
 def pytest_ignore_collect(collection_path, config):
     """With -m "not slow" what needs a sandbox is not even imported."""
     return True if 'not slow' in (config.option.markexpr or '') and is_sandboxed(collection_path) else None
+
+
+@pytest.hookimpl(hookwrapper=True)
+def pytest_collection():
+    """Modules and tests stay until the end: the garbage collector, which would look through all of them again and again, leaves them alone."""
+    gc.disable()
+    yield
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(tryfirst=True)         # before xdist reads the groups (3.1)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Which process takes which tests (support/scheduling.py)."""
+import gc
 from types import SimpleNamespace
 
 from support.scheduling import MACHINE_PROCESSES, machine_units, next_unit
@@ -44,3 +45,8 @@ def test_the_order_of_the_units():
     assert names == {ids[4]: 'machine0', ids[2]: 'machine1', 'b': 'machine2', ids[0]: 'machine3'}
     _names, ordered = machine_units(items, key, {**seconds, ids[3]: 3.5})
     assert [item.nodeid for item in ordered] == [ids[k] for k in (4, 1, 3, 2, 0)]
+
+
+def test_the_garbage_collector_leaves_alone_what_was_collected():
+    """It works, but not on pytest's modules and tests (conftest.py: pytest_collection)."""
+    assert gc.isenabled() and gc.get_freeze_count() > 20_000
