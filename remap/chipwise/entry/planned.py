@@ -227,7 +227,8 @@ class _Move:
 
 def _planned(scene, line, records, start_line, messages):
     """(Planned without runs and loops, [Move, ..]) from the records; those of the line that goes to the start do not count."""
-    frame, tool, stock, here, moves = Frame(), (0, 0.0), None, tuple(scene.at), []
+    frame, tool, stock, here = Frame(), (0, 0.0), None, tuple(scene.at)
+    moves: list = []
     for record in records:
         kind = int(record[0])
         if kind == FRAME:
@@ -246,7 +247,7 @@ def _planned(scene, line, records, start_line, messages):
 
 def _runs(moves):
     """The moves as runs."""
-    found = []
+    found: list = []
     for move in moves:
         kind = {"line": "cut", "arc": "cut"}.get(move.kind, move.kind)
         if not found or found[-1][0] != kind:
