@@ -20,6 +20,8 @@ import signal
 import struct
 import subprocess
 import time
+from dataclasses import dataclass
+from typing import Optional
 
 import numpy as np
 
@@ -127,25 +129,38 @@ def runs_python(ini):
         return False
 
 
-class Reader:
-    """One program under way.  judged=False: codes that cannot be judged are read over, to see whether the program has an end; watched:
-    of a marked program (executed_words.py), whose items are in `trace` at the end; targets: with the contours of G77, G78 and G79; most_bytes: of the
-    file; needs_end: whether one without M2 is refused, else it is read and noted; clamps: with its CLAMP comments."""
+@dataclass(frozen=True)
+class Reading:
+    """How a program is read."""
 
-    def __init__(self, program, machine, stock=None, quiet_s=QUIET_S, cpu_s=CPU_S, most_moves=MAX_MOVES,
-                 written=False, judged=True, memory_mb=None, watched=None, targets=False, most_bytes=MAX_BYTES, needs_end=False, clamps=False):
+    quiet_s: float = QUIET_S
+    cpu_s: float = CPU_S
+    most_moves: int = MAX_MOVES
+    most_bytes: int = MAX_BYTES             # of the file
+    memory_mb: Optional[int] = None
+    written: bool = False
+    judged: bool = True                     # False: codes that cannot be judged are read over, to see whether the program has an end
+    watched: Optional[dict] = None          # of a marked program (executed_words.py), whose items are in Reader.trace at the end
+    targets: bool = False                   # with the contours of G77, G78 and G79
+    needs_end: bool = False                 # whether one without M2 is refused, else it is read and noted
+    clamps: bool = False                    # with its CLAMP comments
+
+
+class Reader:
+    """One program under way; `how`: fields of a Reading."""
+
+    def __init__(self, program, machine, stock=None, **how):
         self.program, self.machine, self.messages = os.path.abspath(program), machine, []
         self.notes = []                 # [[line, text], ..] about how it was read
         self.carries_stock = False      # whether a zero that is probed before the first cut carries the stock, so that `stock` counts from there
-        self._stock, self._cpu_s, self._most_moves, self._written, self._judged = stock, cpu_s, most_moves, written, judged
-        self._most_bytes, self._clamps = most_bytes, clamps
-        self._memory_mb, self._watched, self._targets, self.trace = memory_mb, watched, targets, None
-        self._needs_end = needs_end or written
-        self._quiet_s = min(quiet_s, 0.8 * cpu_s)
+        self.trace = None
+        self._stock, self._how = stock, Reading(**how)
+        self._needs_end = self._how.needs_end or self._how.written
+        self._quiet_s = min(self._how.quiet_s, 0.8 * self._how.cpu_s)
         self._child = self._folder = None
 
     def __enter__(self):
-        check_file(self.program, self._most_bytes)
+        check_file(self.program, self._how.most_bytes)
         self._own_code = self.machine.own_code(self.program)
         self._folder = OwnFolder("check")
         try:
@@ -165,11 +180,11 @@ class Reader:
         order = json.dumps({
             "program": readable(self.program, folder), "parameters": put(folder, "machine.var", parameters), "table": self._table(folder), "random": machine.random,
             "units_per_mm": 1.0 / machine.unit_mm, "axis_mask": machine.axis_mask, "quiet_s": self._quiet_s,
-            "codes": machine.codes, "most_moves": self._most_moves,
-            "cpu_s": self._cpu_s, "stock": self._stock, "chord_mm": CHORD_MM, "written": self._written,
-            "judged": self._judged, "own_code": self._own_code, "memory_mb": self._memory_mb,
-            "tool": machine.tool, "watched": self._watched, "targets": self._targets, "block_delete": machine.block_delete,
-            "diameters": machine.diameters, "spindle": machine.spindle, "clamps": self._clamps})
+            "codes": machine.codes, "most_moves": self._how.most_moves,
+            "cpu_s": self._how.cpu_s, "stock": self._stock, "chord_mm": CHORD_MM, "written": self._how.written,
+            "judged": self._how.judged, "own_code": self._own_code, "memory_mb": self._how.memory_mb,
+            "tool": machine.tool, "watched": self._how.watched, "targets": self._how.targets, "block_delete": machine.block_delete,
+            "diameters": machine.diameters, "spindle": machine.spindle, "clamps": self._how.clamps})
         environment = {**os.environ, "HOME": folder, "INI_FILE_NAME": ini, "LC_ALL": "C",
                        "OPENBLAS_NUM_THREADS": "1"}
         with writing():
@@ -241,7 +256,7 @@ class Reader:
             raise Unfinished(f"it does not end: {self._quiet_s:g} s of computing time without a move",
                              "look for an O-word loop without an end")
         if status == -signal.SIGXCPU:
-            raise Unfinished(f"reading it needs more than {self._cpu_s:g} s of computing time",
+            raise Unfinished(f"reading it needs more than {self._how.cpu_s:g} s of computing time",
                              "look for an O-word loop without an end, or raise --time-limit")
         check_room(self._folder.name, status)
         self._errors.seek(0, os.SEEK_END)
