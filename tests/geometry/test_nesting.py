@@ -1,17 +1,19 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """G79 of drawings as they come: loops in any order and depth, drawn twice, joined, with spikes.  By an exact judge of areas."""
+import math
 from dataclasses import replace
 
 import pytest
 from shapely.geometry import Polygon
+from shapely.ops import unary_union
 
 from chipwise.cycles import pocket as cycle
 from chipwise.errors import CycleError
 from chipwise.geometry.base.contour import ArcElement, ContourError, LineElement, make_contour
 from chipwise.geometry.base.loops import split
 from chipwise.geometry.pocket.strategies import NAMES
-from chipwise.moves import Line
-from support.nesting_random import GAP, GOUGE_MM, REST_MM, SHARE, drawing, judge, judge_drawing
+from chipwise.moves import Arc, Line
+from support.nesting_random import GAP, GOUGE_MM, REST_MM, SHARE, cut_pieces, drawing, judge, judge_drawing
 from support.pocket_random import circle, rectangle
 from support.pocket_requests import BOX, request
 from support.random_cases import random_count, random_seed, write_replay
@@ -81,6 +83,12 @@ def test_the_judge_looks_at_the_whole_area():
     whole = Polygon([(10, 7), (50, 7), (50, 19.02), (10, 19.02)])
     found = judge(moves, replace(asked, start=(10.0, 10.0, -4.0)), whole)
     assert found.rest == pytest.approx(0.01, abs=2e-3) and found.left < 3 * SHARE
+
+
+def test_the_judge_has_no_hole_in_a_small_circle():
+    """A region 0.12 mm wide: the tool goes round on a circle of 0.06 mm."""
+    moves = [Arc(x=10.06, y=10.0, cx=10.0, cy=10.0, ccw=True, feed=600.0)]
+    assert unary_union(cut_pieces(moves, (10.06, 10.0, -1.0), 1.5, -1.0)).area == pytest.approx(math.pi * 1.56 ** 2, rel=SHARE)
 
 
 @pytest.mark.parametrize("strategy", sorted(set(NAMES) & {0, 1, 2, 3}))

@@ -162,7 +162,8 @@ def cut_pieces(moves, start, radius, floor, sagitta=SAGITTA):
     for e in trace.walk(moves, start):
         if e.kind != "rapid" and max(e.a[2], e.b[2]) < floor + 1e-6 and (e.kind == "arc" or math.dist(e.a[:2], e.b[:2]) > 0):
             points = [*arc_points(e.a[:2], e.b[:2], e.centre, e.ccw, sagitta), e.b[:2]] if e.kind == "arc" else [e.a[:2], e.b[:2]]
-            found.append(LineString(points).buffer(radius, quarter(radius, sagitta)))
+            half = len(points) // 2 if points[0] == points[-1] else 0       # GEOS leaves a hole in the middle of what a small circle sweeps
+            found += [LineString(part).buffer(radius, quarter(radius, sagitta)) for part in ((points[:half + 1], points[half:]) if half else (points,))]
     return found
 
 

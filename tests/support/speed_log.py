@@ -25,6 +25,7 @@ class Log:
         self.held = self.feeding & (data["rate_target"] > 0)
         self.scale = data["adaptive_feed"]
         self.limited = data["limited_by"]
+        self.area = data["section_area"]
         self.removed = float(data["removed_volume"][-1])
 
     def places(self):

@@ -51,8 +51,9 @@ FEED_WORSE = 1.4
 # Corners this near are finished before the tool goes away, in tool radii; the wall there, if no more than this is left before it.
 NEAR, FILLET = 2.5, 0.1
 
-# More engagement than that of the step-over, where the path keeps to it; the most of P4 is 3 degrees more. rad
-MORE = math.radians(1.8)
+# More engagement than that of the step-over, where the path keeps to it; the most of P4 is 3 degrees more. rad.  With a step-over below FINE tool
+# radii the tool turns away so often that ESCAPE takes more of the rest.
+MORE, MORE_FINE, FINE = math.radians(1.8), math.radians(1.4), 0.24
 
 # And while the tool turns away: no step is made after which that would need more. rad
 ESCAPE = 0.03
@@ -81,7 +82,7 @@ class Planner:
     def __init__(self, region, radius, step, feed_mm_s, clearance, cleared=None, lag=0.0):
         self.region, self.radius, self.step = region, radius, step
         self.feed_mm_s, self.clearance = feed_mm_s, clearance
-        self.angle = math.acos(1.0 - step / radius) + MORE
+        self.angle = math.acos(1.0 - step / radius) + (MORE_FINE if step < FINE * radius else MORE)
         self.ground = Ground(region.contours, radius)
         self.lags = () if cleared is None else (LAGS[0] * lag, LAGS[1] * lag)
         if cleared is not None:
