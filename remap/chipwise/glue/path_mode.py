@@ -6,8 +6,9 @@ program units.
 
 Motion may have another mode than interpreter and canon, which are ahead of it: an abort drops what is queued, so that the mode of the inside stays, and
 LinuxCNC up to 2.9.1 forgets mode and tolerance in motion where the machine is switched off, E-stop included, so that it then rounds corners as G64 without P
-does (tpClear() of tp.c; mended in its pull request 2742).  The codes of RS274NGC_STARTUP_CODE are lost so, too.  renew() sends the mode once more, before the
-first move of another program that has a code of ours or an F word before it.
+does (tpClear() of tp.c; mended in its pull request 2742).  The codes of RS274NGC_STARTUP_CODE are lost so, too.  renew() sends the mode once more: what an
+inside of ours may have left at the first code of ours or F word of another program, what LinuxCNC may have forgotten only where the program has a code of ours
+or a set-up, because any other program runs as without chipwise (SHADOW).
 """
 
 import emccanon
@@ -22,19 +23,23 @@ _CODES = {610: 61, 611: 61.1, 640: 64}      # by the interpreter's active G-code
 
 
 class _Renewal:
-    """due: whether the mode is to be sent once more."""
+    """inside: whether motion may have the mode of an inside; left: whether it may in another context; due: whether this context has not had its mode yet."""
 
-    due = False
+    inside = left = due = False
 
 
-def renew(interp, another):
+def renew(interp, another, ours):
     """In the task: the mode that interpreter and canon have, for motion, where another context begins.  What is queued before the line that the run starts
-    from is lost, so until that line is known to be behind it is sent again."""
+    from is lost, so until that line is known to be behind it is sent again.  another: whether the context begins; ours: whether it has a code of ours or a
+    set-up."""
     if not interp.task:
         return
     _Renewal.due = _Renewal.due or another
-    if _Renewal.due and not program_run.skipped():
-        _Renewal.due = program_run.may_be_skipped()
+    _Renewal.left = _Renewal.left or another and _Renewal.inside
+    if (_Renewal.left or ours and _Renewal.due) and not program_run.skipped():
+        again = program_run.may_be_skipped()
+        _Renewal.inside = _Renewal.inside and not _Renewal.left
+        _Renewal.left, _Renewal.due = again and _Renewal.left, again
         for text in _callers(interp):
             interp.execute(text)
 
@@ -53,6 +58,7 @@ class PathMode:
         if self._callers is None:
             self._callers = _callers(self._interp)
         self._changed = line != CALLERS_PATH
+        _Renewal.inside = _Renewal.inside or self._changed and bool(self._interp.task)
         if self._changed:       # the reader of a pattern around this one sees a line by its comment (pattern/runner.py)
             self._interp.execute(line if mirroring.path is None else line + " (.)")
         else:

@@ -27,15 +27,15 @@ from chipwise.glue.task_share import TaskShare, hand_over
 NO_O_WORD = 0           # O_none of LinuxCNC's interp_internal.hh
 
 
-def begin(interp, words):
-    """Before anything else: what the program before, or MDI, has left ends; the program's own F."""
+def begin(interp, words, ours=True):
+    """Before anything else: what the program before, or MDI, has left ends; the program's own F.  ours: whether the line has a code of ours."""
     another = program_run.enter(interp, words)
     if another:
         known_stock.forget(interp)
         barriers.forget(interp)
         clamps.forget(interp)
         known_cuts.forget(interp)
-    path_mode.renew(interp, another)
+    path_mode.renew(interp, another, ours)
     volumetric.begin(interp, another)
     restore_programmed(interp)
 
@@ -43,9 +43,10 @@ def begin(interp, words):
 def program_feed(interp, words):
     """The remapped F; returns INTERP_OK or, with the message set, INTERP_ERROR; where it has to wait a generator."""
     try:
-        begin(interp, words)
+        begin(interp, words, ours=False)
         feed = interp.blocks[interp.remap_level].f_number
         if volumetric.job_is_due(interp):
+            path_mode.renew(interp, another=False, ours=True)
             return _first_feed(interp, words, feed)
         volumetric.keep_line_number(interp, words)
         volumetric.program_feed(interp, feed)
