@@ -9,6 +9,7 @@ import time
 
 import pytest
 
+from chipwise.check import asked
 from chipwise.host import processes
 
 FOLDER = os.path.dirname(os.path.dirname(os.path.dirname(processes.__file__)))
@@ -55,3 +56,15 @@ def test_processes_that_share_no_memory_with_this_one():
                 assert not processes.is_near(process.pid), command
             finally:
                 process.kill()
+
+
+@pytest.mark.parametrize("named", [["{}"], ["", "{}", ""], []])
+def test_a_process_of_chipwise_finds_the_modules_of_a_linuxcnc_in_place(tmp_path, monkeypatch, named):
+    """Of the folders in PYTHONPATH chipwise's is the first, and an empty entry, which would be the current folder, is none of them."""
+    (tmp_path / "chipwise").mkdir()
+    (tmp_path / "gcode_in_place.py").write_text("import json, chipwise.report\nprint(json.load(__import__('sys').stdin))\n", encoding="utf-8")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(named).format(tmp_path))
+    with asked.start("gcode_in_place") as child:
+        answer = child.communicate(b'"read"')[0]
+    assert answer == (b"read\n" if named else b"")
+    assert processes.environment()["PYTHONPATH"].split(os.pathsep) == [FOLDER] + (len(named) > 0) * [str(tmp_path)]

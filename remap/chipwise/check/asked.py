@@ -12,15 +12,13 @@ import signal
 import subprocess
 import sys
 
-from chipwise.host.processes import die_with_parent, limit_memory
-
-REMAP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+from chipwise.host.processes import die_with_parent, environment, limit_memory
 
 
 def start(module):
     """-> subprocess.Popen of a module of chipwise, with pipes of bytes, in a group of its own.  Raises OSError."""
     return subprocess.Popen([sys.executable, "-m", module, str(os.getpid())], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-                            env={**os.environ, "PYTHONPATH": REMAP}, start_new_session=True)
+                            env=environment(), start_new_session=True)
 
 
 def end(child):

@@ -19,6 +19,13 @@ PF_EXITING = 0x4            # include/linux/sched.h
 MEGABYTE = 1 << 20
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3       # malloc.h
 OWN_MAPPING = 1 << 20       # bytes
+REMAP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+
+
+def environment() -> dict[str, str]:
+    """Environment of another process of chipwise: Python finds chipwise, and behind it what it finds here, as the modules of a LinuxCNC that is run in place
+    (its rip-environment sets PYTHONPATH; another LinuxCNC's modules do not fit its libraries)."""
+    return {**os.environ, "PYTHONPATH": os.pathsep.join([REMAP, *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))])}
 
 
 def pids() -> list[int]:

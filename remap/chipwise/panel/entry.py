@@ -25,6 +25,7 @@ from chipwise import entry
 from chipwise.host import language
 from chipwise.tool_data import editor
 from chipwise.host.clock import patience
+from chipwise.host.processes import environment
 from chipwise.entry import typed
 from chipwise.entry.planned import CHOPPED
 from chipwise.errors import MM_PER_INCH, CycleError, printable, unnamed
@@ -39,13 +40,12 @@ VALID_S = 600.0
 MODES = ("light", "dark")
 CHOP_SIZE = entry.EntryField("", "chop size", "length", least=0.0)
 CHOP_PARAMETER = "#<_chipwise_chop_size>"
-REMAP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
 
 def process(order):
     """Answer of entry_process.py to an order.  Raises CycleError if there is none."""
     child = subprocess.Popen([sys.executable, "-m", "chipwise.panel.entry_process"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                             stderr=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": REMAP}, start_new_session=True)
+                             stderr=subprocess.PIPE, text=True, env=environment(), start_new_session=True)
     try:
         out, words = child.communicate(json.dumps(order), patience(PLAN_S))
     except subprocess.TimeoutExpired:
