@@ -99,8 +99,8 @@ def test_random_lines_over_http():
 
 
 @pytest.mark.parametrize("name, replacement", [
-    ("words", lambda self, query, *names: [part.partition("=")[2].replace("%2C", ",") for part in query.split("&")]),        # not decoded
-    ("words", lambda self, query, *names: [urllib.parse.parse_qs(query).get(name, [""])[0].strip(",") for name in names])])
+    ("words", lambda self, *names: [part.partition("=")[2].replace("%2C", ",") for part in self.query.split("&")]),        # not decoded
+    ("words", lambda self, *names: [urllib.parse.parse_qs(self.query).get(name, [""])[0].strip(",") for name in names])])
 def test_the_checker_sees_a_fault_of_the_request(monkeypatch, name, replacement):
     monkeypatch.setattr(server.Handler, name, replacement)
     assert run(3000, 5, Page(MILL).ask)[0]
