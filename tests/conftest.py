@@ -21,7 +21,7 @@ import pytest
 pytest.register_assert_rewrite('support')       # a judge's assert says as much as a test's
 
 from support import ROOT, durations, unchanged  # noqa: E402
-from support.scheduling import machine_units, scheduler   # noqa: E402
+from support.scheduling import machine_units, niceness, scheduler   # noqa: E402
 
 CORE_TIMEOUT_S = 300
 RECORDED = durations.recorded()
@@ -54,7 +54,9 @@ def pytest_configure(config):
     config.addinivalue_line('markers', 'together(name): machine tests that judge the same run (support/demo_runs.py)')
     config.addinivalue_line('markers', 'xdist_group(name): tests of one name run in one process')
     config.times_to = os.environ.pop('CHIPWISE_DURATIONS', None)        # not for a pytest that a test runs
-    if not hasattr(config, 'workerinput') and not config.option.collectonly:
+    if hasattr(config, 'workerinput'):
+        os.nice(niceness(config.workerinput['workerid']))
+    elif not config.option.collectonly:
         refuse_without_namespaces(config.args)
 
 

@@ -60,7 +60,7 @@ def test_processes_that_share_no_memory_with_this_one():
 
 @pytest.mark.parametrize("named", [["{}"], ["", "{}", ""], []])
 def test_a_process_of_chipwise_finds_the_modules_of_a_linuxcnc_in_place(tmp_path, monkeypatch, named):
-    """Of the folders in PYTHONPATH chipwise's is the first, and an empty entry, which would be the current folder, is none of them."""
+    """Of the folders in PYTHONPATH chipwise's comes first, and an empty entry, which would be the current folder, is left out."""
     (tmp_path / "chipwise").mkdir()
     (tmp_path / "gcode_in_place.py").write_text("import json, chipwise.report\nprint(json.load(__import__('sys').stdin))\n", encoding="utf-8")
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(named).format(tmp_path))

@@ -55,11 +55,11 @@ def test_it_is_a_limit_and_ends_with_its_program(tmp_path):
     part, other = with_job(tmp_path / 'part.ngc'), tmp_path / 'other.ngc'
     other.write_text(PROGRAM.replace('G64 P0.01', 'G61'))         # without blends, which depend on when the task sends a move
     home, ran, fresh = ['mdi', 'G0 X0 Y0 Z20'], ['log', str(other)], [['sleep', 2.0], ['pins', *PINS]]
-    alone = operate(tmp_path, [home, ran], edit=LOG_ALONE, speed=1, timeout=100)
+    alone = operate(tmp_path, [home, ran], edit=LOG_ALONE, speed=1, timeout=200)
     answers = operate(tmp_path, [
         *opened(part), ['pins', *PINS], ['log', part], ['pins', *PINS, RATE], *fresh, ['log', part], ['pins', *PINS, RATE], *fresh,
         ['begin'], ['sleep', 0.5], ['estop'], ['pins', *PINS], ['on'], *fresh,
-        ['open', str(other)], *fresh, home, ran, ['pins', *PINS]], edit=LOG_ALONE, speed=1, timeout=120)
+        ['open', str(other)], *fresh, home, ran, ['pins', *PINS]], edit=LOG_ALONE, speed=1, timeout=300)
     assert answers[3] == FRESH
     for errors, log in (answers[4], answers[8]):
         velocity = np.linalg.norm(np.diff(motion_rows(log), axis=0), axis=1) / np.load(log)['period']
@@ -103,7 +103,7 @@ def test_what_stops_and_what_wins(tmp_path):
         *opened(paths['own']), ['begin'], ['until', REMOVED, '>', 50], ['pins', *PINS, 'chipwise-command.0.mrr-target'], ['finish'], ['pins', *PINS, RATE],
         *opened(paths['tapped']), ['begin'], ['until', REMOVED, '>', 50], ['over', 0.5, VELOCITY, MODE], ['finish'], ['pins', *PINS, RATE],
         *opened(paths['changed']), ['begin'], ['until', REMOVED, '>', 50], ['program', 'sh', '-c', f'echo "(more)" >> {changed}'], ['sleep', 1.0], ['pins', *PINS],
-        ['abort'], ['messages', 'was changed while it ran'], ['sleep', 3.0], ['pins', *PINS], ['messages', 'confirm it again']], speed=2, timeout=150)
+        ['abort'], ['messages', 'was changed while it ran'], ['sleep', 3.0], ['pins', *PINS], ['messages', 'confirm it again']], speed=2, timeout=300)
     (optional, at_m1, _, _, m0, at_m0, _, steps, end), answers = answers[6:15], answers[15:]
     assert optional == pytest.approx([0, 10, -2]) and m0 == pytest.approx([10, 10, -2]) and steps >= 3 and end[2:4] == ['FALSE', '0']
     assert all(held[2:4] == ['TRUE', '2'] for held in (at_m1, at_m0)) and 50 < float(at_m1[1]) < float(at_m0[1])
@@ -180,7 +180,7 @@ def test_a_feed_in_a_remapped_tool_change(tmp_path):
     part = with_job(tmp_path / 'part.ngc', CHANGED, tools={1: JobTool(6.0, 9000.0, 2.0)})
     remapped = WITH_LOG + r"' -e 's/^\[RS274NGC\]/&\nREMAP = M6 modalgroup=6 ngc=change/"
     answers = operate(tmp_path, [['open', part], ['messages', f'part.ngc: {SET_UP}'], ['log', part], ['pins', *PINS, RATE]],
-                      edit=remapped, before=f"mkdir -p nc_files && printf '{CHANGE}' > nc_files/change.ngc", speed=1, timeout=120)
+                      edit=remapped, before=f"mkdir -p nc_files && printf '{CHANGE}' > nc_files/change.ngc", speed=1, timeout=240)
     (errors, log), end = answers[2:]
     found = np.load(log)
     at = np.column_stack([found[name] for name in 'xyz'])

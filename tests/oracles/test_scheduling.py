@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Which process takes which tests (support/scheduling.py)."""
 import gc
+import os
 from types import SimpleNamespace
 
-from support.scheduling import MACHINE_PROCESSES, machine_units, next_unit
+from support.scheduling import MACHINE_PROCESSES, NICE, machine_units, next_unit, niceness
 
 
 def taken(waiting, processes):
@@ -21,6 +22,13 @@ def test_machines_in_processes_of_their_own():
     machines, others = ['machine%d' % k for k in range(2 * MACHINE_PROCESSES)], ['tests/a.py::test_%d' % k for k in range(4)]
     assert taken([*machines, *others], MACHINE_PROCESSES + 2) == [
         *(machines[k::MACHINE_PROCESSES] for k in range(MACHINE_PROCESSES)), others[0::2], others[1::2]]
+
+
+def test_machines_come_first():
+    """A process that computes leaves them the processor; it is nice from its start, so all that it starts is as nice."""
+    assert [niceness(f'gw{number}') for number in range(MACHINE_PROCESSES + 2)] == MACHINE_PROCESSES * [0] + 2 * [NICE]
+    worker = os.environ.get('PYTEST_XDIST_WORKER')
+    assert worker is None or os.nice(0) >= niceness(worker)
 
 
 def test_what_is_left_is_shared():
