@@ -11,8 +11,7 @@ Said is what import refuses, or where it names what is open, crosses, is unclear
 import argparse
 import sys
 import tempfile
-import time
-from collections import Counter, defaultdict
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +19,7 @@ import roots  # noqa: F401
 import svg_oracle
 from drawings_svg import MANNERS, drawing
 from import_drawings import drawn
+from import_table import tabled
 
 from chipwise.errors import CycleError
 from chipwise.importing.run import imported
@@ -58,23 +58,10 @@ def judged(path, areas=None):
 
 def table(count, first):
     """Rows of drawings in the manner of programs."""
-    rows = defaultdict(lambda: {"right": 0, "said": 0, "wrong": 0, "error": 0.0, "time": 0.0})
-    with tempfile.TemporaryDirectory() as folder:
-        for seed in range(first, first + count):
-            path = f"{folder}/{seed}.svg"
-            manner, areas = drawing(seed, path)
-            before = time.process_time()
-            verdict, off, text = judged(path, areas)
-            row = rows[manner]
-            row[{"refused": "said", "not judged": "wrong"}.get(verdict, verdict)] += 1
-            row["error"], row["time"] = max(row["error"], off), max(row["time"], time.process_time() - before)
-            if verdict != "right":
-                print(f"seed {seed}, {manner}: {verdict} {text}", file=sys.stderr)
-    print("| manner | right | said | wrong | largest error of an area | longest with the oracle, s |\n|---|---|---|---|---|---|")
-    for manner in MANNERS:
-        row = rows[manner]
-        print(f"| {manner} | {row['right']} | {row['said']} | {row['wrong']} | {100 * row['error']:.3f} % | {row['time']:.2f} |")
-    return sum(row["wrong"] for row in rows.values())
+    def told(path, areas):
+        verdict, off, text = judged(path, areas)
+        return {"refused": "said", "not judged": "wrong"}.get(verdict, verdict), off, text
+    return tabled(MANNERS, drawing, told, range(first, first + count), ".svg")
 
 
 def letter(seed, path):

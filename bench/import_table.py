@@ -33,24 +33,29 @@ def judge(path, areas):
     return ("said" if found.doubtful else "wrong"), 0.0
 
 
-def main(count):
+def tabled(manners, make, judged, seeds, suffix):
+    """Prints a row for each manner of drawings, and each drawing that is not right; -> how many are wrong.
+
+    make(seed, path) -> (manner, areas) writes a drawing; judged(path, areas) -> (right, said or wrong; largest error of an area; words)
+    """
     rows = defaultdict(lambda: {"right": 0, "said": 0, "wrong": 0, "error": 0.0, "time": 0.0})
     with tempfile.TemporaryDirectory() as folder:
-        for seed in range(count):
-            path = f"{folder}/{seed}.dxf"
-            manner, areas = drawing(seed, path)
+        for seed in seeds:
+            path = f"{folder}/{seed}{suffix}"
+            manner, areas = make(seed, path)
             before = time.process_time()
-            verdict, error = judge(path, areas)
+            verdict, error, words = judged(path, areas)
             row = rows[manner]
             row[verdict] += 1
             row["error"], row["time"] = max(row["error"], error), max(row["time"], time.process_time() - before)
             if verdict != "right":
-                print(f"seed {seed}, {manner}: {verdict}", file=sys.stderr)
-    print("| manner | right | said | wrong | largest error of an area | longest, s |\n|---|---|---|---|---|---|")
-    for manner in MANNERS:
+                print(f"seed {seed}, {manner}: {verdict} {words}".rstrip(), file=sys.stderr)
+    print("| manner | right | said | wrong | largest error of an area | longest, with its judge, s |\n|---|---|---|---|---|---|")
+    for manner in manners:
         row = rows[manner]
         print(f"| {manner} | {row['right']} | {row['said']} | {row['wrong']} | {100 * row['error']:.3f} % | {row['time']:.2f} |")
+    return sum(row["wrong"] for row in rows.values())
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 200)
+    tabled(MANNERS, drawing, lambda path, areas: (*judge(path, areas), ""), range(int(sys.argv[1]) if len(sys.argv) > 1 else 200), ".dxf")
