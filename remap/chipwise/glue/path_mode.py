@@ -7,8 +7,8 @@ program units.
 Motion may have another mode than interpreter and canon, which are ahead of it: an abort drops what is queued, so that the mode of the inside stays, and
 LinuxCNC up to 2.9.1 forgets mode and tolerance in motion where the machine is switched off, E-stop included, so that it then rounds corners as G64 without P
 does (tpClear() of tp.c; mended in its pull request 2742).  The codes of RS274NGC_STARTUP_CODE are lost so, too.  renew() sends the mode once more: what an
-inside of ours may have left at the first code of ours or F word of another program, what LinuxCNC may have forgotten only where the program has a code of ours
-or a set-up, because any other program runs as without chipwise (SHADOW).
+inside of ours may have left, before the first code of ours or F word of another program; what LinuxCNC may have forgotten, only where the program has a code of
+ours or a set-up.  Any other program runs as without chipwise (SHADOW).
 """
 
 import emccanon
