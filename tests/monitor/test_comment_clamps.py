@@ -1,14 +1,19 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """CLAMP comments of the loaded program (monitor/comment_clamps.py) without a LinuxCNC, and the process that reads them."""
 
+import os
 import types
 
 import pytest
 
+from chipwise.check import asked
+from chipwise.errors import CycleError
 from chipwise.monitor import comment_clamps as module
 from chipwise.monitor import comment_process, saying
+from chipwise.program.program_file import Unreadable
 from chipwise.stock import reasons
 from support.check_runs import mill_with_tools
+from support.reading import Reading
 
 LINUXCNC = types.SimpleNamespace(INTERP_IDLE=1, stat=None, error=OSError)
 PLACE = {"index": 1, "offset": [0.0, 0.0, 0.0], "g92": [0.0, 0.0, 0.0], "turn": 0.0, "tool": 1, "codes": "G17 G21", "block_delete": False}
@@ -47,25 +52,17 @@ def test_a_program_with_a_sub_is_read_to_its_end(mill, tmp_path):
 
 @pytest.mark.parametrize("text, said", [(JAW.replace("XMIN", "XMINE") + "G0 X0\nM2\n", "BOX lacks XMIN"), (JAW.strip() + " (no)\nG0 X0\nM2\n", "another comment is behind")])
 def test_a_comment_that_is_wrong(mill, tmp_path, text, said):
-    with pytest.raises(comment_process.Unreadable, match=said):
+    with pytest.raises(Unreadable, match=said):
         answered(mill, tmp_path / "part.ngc", "G21\n" + text)
 
 
-class Reading:
-    """In place of the process."""
-
-    child = answer = order = None
-
-    def ask(self, order):
-        self.child = self.order = order
-
-    def take(self):
-        found, self.answer = self.answer, None
-        self.child = None if found else self.child
-        return found
-
-    def end(self):
-        self.child = None
+@pytest.mark.parametrize("error, why", [(Unreadable("line 3 is bent", "straighten it"), "line 3 is bent; straighten it"), (CycleError("it is bent", "straighten it"), "it is bent; straighten it")])
+def test_a_refusal_is_the_answer(error, why):
+    def answer(order, folder):
+        assert order == "order" and os.path.isdir(folder)
+        raise error
+    assert asked.reasoned(answer, "order", "clamps") == {"why": why}
+    assert asked.reasoned(lambda order, _folder: order, "order", "clamps") == "order"
 
 
 @pytest.fixture(name="scene")

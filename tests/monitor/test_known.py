@@ -8,6 +8,7 @@ import pytest
 from chipwise.monitor import known, saying
 from chipwise.monitor import shadow as module
 from chipwise.settings import parse_settings
+from support.reading import Reading
 
 PART = "/a/part.ngc"
 LINUXCNC = types.SimpleNamespace(INTERP_IDLE=1, error=OSError, stat=None)
@@ -30,23 +31,6 @@ def test_all_have_read_it():
 def test_whose_the_stock_is():
     assert [shown(has_stock=job, stock_defined=defined, certain=certain)[1] for defined, certain, job in
             ((False, False, False), (False, True, True), (True, False, False), (True, True, False), (True, True, True))] == [None, None, "assumed", "program", "job"]
-
-
-class Reading:
-    """In place of the process."""
-
-    child = answer = None
-
-    def ask(self, order):
-        self.child = order
-
-    def take(self):
-        found, self.answer = self.answer, None
-        self.child = None if found else self.child
-        return found
-
-    def end(self):
-        self.child = None
 
 
 @pytest.fixture(name="scene")

@@ -2,7 +2,7 @@
 """Both ends of a process that reads the loaded program: an order as JSON on its standard input, the answer on its standard output.
 
 Called by monitor/answering.py and panel/look_ahead.py (start, end), and by the processes monitor/shadow_process.py, monitor/comment_process.py, setup/job_process.py,
-setup/time_process.py and panel/look_ahead_process.py (take_order).
+setup/time_process.py and panel/look_ahead_process.py (take_order); reasoned() is for those whose answer may be why there is none.
 """
 
 import contextlib
@@ -12,7 +12,10 @@ import signal
 import subprocess
 import sys
 
+from chipwise.errors import CycleError, unnamed
 from chipwise.host.processes import die_with_parent, environment, limit_memory
+from chipwise.host.temp_folder import OwnFolder
+from chipwise.program.program_file import Unreadable
 
 
 def start(module):
@@ -35,3 +38,14 @@ def take_order(nice, memory_mb):
     os.nice(nice)
     limit_memory(memory_mb)
     return order
+
+
+def reasoned(answer, order, name):
+    """The answer of a function of an order and a folder of that name; {"why": the reason} where the program or what belongs to it is refused."""
+    with OwnFolder(name) as folder:
+        try:
+            return answer(order, folder)
+        except Unreadable as error:
+            return {"why": str(error)}
+        except CycleError as error:
+            return {"why": unnamed(error)}

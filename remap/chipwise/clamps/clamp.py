@@ -49,6 +49,17 @@ class Clamp:
                        high=(x + half[0], y + half[1], self.high[2] - origin[2]))
 
     @classmethod
+    def of_row(cls, row):
+        """From a row, perhaps as JSON gave it."""
+        shape, turn, low, high, name = row
+        return cls(shape, turn, tuple(low), tuple(high), name)
+
+    @property
+    def row(self):
+        """Its fields, for JSON."""
+        return [self.shape, self.turn, self.low, self.high, self.name]
+
+    @classmethod
     def seen_from_above(cls, row, name):
         """From a row of stock/clamp_table.py, which has no lower end."""
         shape, turn, (x, y), (half_x, half_y), top = row

@@ -8,6 +8,7 @@
  4. What M256 of the program takes away comes back when the run has ended.
 """
 
+import contextlib
 import os
 
 from chipwise.clamps.clamp import Clamp
@@ -40,9 +41,9 @@ def has_word(path):
 class CommentClamps:
     """Of one LinuxCNC.  follow() at each look of the monitor."""
 
-    def __init__(self, component, stock_files, ini, inform):
-        """inform: function of a text for the operator."""
-        self.pins, self.files, self.ini = component, stock_files, ini
+    def __init__(self, component, stock_files, ini, inform, working=contextlib.nullcontext):
+        """inform: function of a text for the operator; working: context of long work."""
+        self.pins, self.files, self.ini, self.working = component, stock_files, ini, working
         self.saying, self.reading = Saying(inform), Answering("chipwise.monitor.comment_process")
         self.loaded = None              # (program, identity, work offset) that was asked for
         self.clamps = []                # [(how many M256 come before it, Clamp)]
@@ -86,14 +87,18 @@ class CommentClamps:
         self.reading.end()
         self.loaded, self.clamps = found, []
         self.due = self.files.clamps.has(COMMENTS)
-        if found and found[1] and has_word(status.file):
+        if found and found[1] and self._has_word():
             self.reading.ask({"ini": self.ini, "program": status.file, "scene": scene})
+
+    def _has_word(self):
+        with self.working():            # a disk may take seconds for a large file
+            return has_word(self.loaded[0])
 
     def _take(self, answer):
         if answer["why"]:
             self.saying.tell(f"{self._name()}: the clamps of its comments are not in force: {answer['why']}")
             return
-        self.clamps = [(after, Clamp(shape, turn, tuple(low), tuple(high), name)) for after, shape, turn, low, high, name in answer["clamps"]]
+        self.clamps = [(after, Clamp.of_row(row)) for after, *row in answer["clamps"]]
         self.due = bool(self.clamps) or self.files.clamps.has(COMMENTS)
 
     def _lay(self):

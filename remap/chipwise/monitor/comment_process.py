@@ -11,13 +11,11 @@ A program without subs is read as far as the last line with CLAMP.  Computing ti
 import json
 import re
 
-from chipwise.check.asked import take_order
+from chipwise.check.asked import reasoned, take_order
 from chipwise.check.in_force import machine_in_force
-from chipwise.errors import CycleError, unnamed
 from chipwise.host.files import open_regular
-from chipwise.host.temp_folder import OwnFolder
 from chipwise.program import records
-from chipwise.program.program_file import MAX_BYTES, Unreadable
+from chipwise.program.program_file import MAX_BYTES
 from chipwise.program.reader import Reader
 
 NICE = 10
@@ -56,15 +54,10 @@ def answer(order, folder):
 
 def main():
     order = take_order(NICE, 2 * MEMORY_MB)
-    with OwnFolder("clamps") as folder:
-        try:
-            said = answer(order, folder)
-        except Unreadable as error:
-            said = {"why": str(error)}
-        except CycleError as error:
-            said = {"why": unnamed(error)}
-        except OSError as error:
-            said = {"why": f"the program cannot be read: {error.strerror}"}
+    try:
+        said = reasoned(answer, order, "clamps")
+    except OSError as error:
+        said = {"why": f"the program cannot be read: {error.strerror}"}
     print(json.dumps(said))
 
 

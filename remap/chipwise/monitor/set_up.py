@@ -213,7 +213,7 @@ class SetUp:
             return False
         if self.clamps == DUE:
             self.clamps = ASKED
-            reply = self.files.lay_clamps(JOB, [(0, Clamp(shape, turn, tuple(low), tuple(high), name)) for shape, turn, low, high, name in self.answer["clamps"]])
+            reply = self.files.lay_clamps(JOB, [(0, Clamp.of_row(row)) for row in self.answer["clamps"]])
         else:
             reply = self.files.clamps.reply
         if reply == reasons.BUSY:

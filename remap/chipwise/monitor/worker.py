@@ -80,7 +80,7 @@ class Monitor(SpindleTool):
         ini, is_remapped = os.environ.get('INI_FILE_NAME', ''), feed_is_remapped()
         self.shadow = Shadow(component, settings, self.stock_files, ini, self.inform, self.working, is_remapped)
         self.set_up = SetUp(component, settings, self.stock_files, ini, self.inform, self.working, is_remapped)
-        self.comment_clamps = CommentClamps(component, self.stock_files, ini, self.inform)
+        self.comment_clamps = CommentClamps(component, self.stock_files, ini, self.inform, self.working)
         self.saying = Saying(self.inform)
         self.limits = Limits(component, settings, self.saying)
         self.spindle_load = SpindleLoad(component, settings, self.say, self.inform)

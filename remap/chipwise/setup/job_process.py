@@ -13,12 +13,11 @@ The program is read up to its first move only.  Computing time and memory are li
 import json
 
 from chipwise.check.survey import Survey
-from chipwise.check.asked import take_order
+from chipwise.check.asked import reasoned, take_order
 from chipwise.check.in_force import machine_in_force
-from chipwise.program.program_file import MAX_BYTES, Unreadable
+from chipwise.program.program_file import MAX_BYTES
 from chipwise.program.reader import Reader
-from chipwise.errors import CycleError, format_place, unnamed
-from chipwise.host.temp_folder import OwnFolder
+from chipwise.errors import format_place, unnamed
 from chipwise.settings import load_settings, planner_limits_jerk
 from chipwise.setup import keeps_feed
 from chipwise.setup.job import digest_of, state_of
@@ -61,20 +60,13 @@ def answer(order, folder):
     return {"why": "", "material": job.material, "low": job.low, "high": job.high, "to_machine": frame and [frame.turn, frame.offset, frame.g92],
             "text": f"from {format_place(job.low, machine.unit)} to {format_place(job.high, machine.unit)} {machine.unit}",
             "tools": {number: [tool.diameter, tool.target, tool.ceiling] for number, tool in job.tools.items()},
-            "clamps": [[clamp.shape, clamp.turn, clamp.low, clamp.high, clamp.name] for clamp in clamps],
+            "clamps": [clamp.row for clamp in clamps],
             "air": job.air and not keeps_feed.code_of(order["program"], order["ini"], MAX_BYTES, keeps_feed.FEEDS_OUT), "keeps_f": keeps_feed.code_of(order["program"], order["ini"], MAX_BYTES)}
 
 
 def main():
     order = take_order(NICE, 2 * MEMORY_MB)
-    with OwnFolder("job") as folder:
-        try:
-            said = answer(order, folder)
-        except Unreadable as error:
-            said = {"why": str(error)}
-        except CycleError as error:
-            said = {"why": unnamed(error)}
-    print(json.dumps(said))
+    print(json.dumps(reasoned(answer, order, "job")))
 
 
 if __name__ == "__main__":
