@@ -16,6 +16,8 @@ WAIT_S = 400 * session.SPEED        # for a step
 REST_LOOKS = 4              # at a machine at rest, one after the other, each after a servo period: see rest()
 RELATIONS = {'>': relations.gt, '<': relations.le, '=': relations.eq}
 PERIOD_PIN = 'motion-controller.time'       # of the last servo period, ns: never twice the same but by chance
+RUNNING_PIN = 'chipwise-monitor.program-running'
+SEEN_S = 15.0               # that a busy computer may keep chipwise-monitor from seeing the end of a program; one that is dead never does
 
 
 class ProgramSteps:
@@ -104,6 +106,13 @@ class ProgramSteps:
             return looks >= REST_LOOKS
         self.machine.wait(what, at_rest, WAIT_S)
 
+    def end_is_seen(self):
+        """Wait until chipwise-monitor knows that no program runs, which a busy computer lets it see long after the task's status says so."""
+        end = time.monotonic() + SEEN_S
+        while hal.component_exists('chipwise-monitor') and hal.get_value(RUNNING_PIN) and time.monotonic() < end:
+            time.sleep(0.01)
+        time.sleep(0.02)        # and a few servo periods more for those that read the pin
+
     def reverse(self):
         self.machine.command.auto(linuxcnc.AUTO_REVERSE)
 
@@ -120,12 +129,14 @@ class ProgramSteps:
             self.sleep(0.2)
             self.machine.wait('step', lambda s: s.current_vel < 1e-9, WAIT_S)
             if self.machine.status.interp_state == linuxcnc.INTERP_IDLE:
+                self.end_is_seen()
                 return count
         return None
 
     def abort(self):
         self.machine.command.abort()
         self.machine.wait('abort', lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos)
+        self.end_is_seen()
 
     def stop(self, how, seconds):
         machine = self.machine
@@ -158,6 +169,7 @@ class ProgramSteps:
 
     def finish(self):
         self.rest('end of program')
+        self.end_is_seen()
         return self.errors()
 
     def over(self, seconds, *pins):

@@ -174,6 +174,7 @@ class Operator(ProgramSteps, ProcessSteps):
             sampler.start()
             try:
                 idle_s = self.machine.run_program()
+                self.end_is_seen()
             finally:
                 sampler.stop()
             runlog.save(path, runlog.without_tail(sampler.load(), self.record.period_s, idle_s), period=self.record.period_s,
@@ -298,6 +299,7 @@ class Operator(ProgramSteps, ProcessSteps):
         self.machine.command.state(linuxcnc.STATE_ESTOP)
         self.machine.wait('E-stop', lambda s: s.task_state == linuxcnc.STATE_ESTOP and s.current_vel < 1e-9)
         time.sleep(0.1)
+        self.end_is_seen()
 
     def off(self):
         self.machine.command.state(linuxcnc.STATE_OFF)
