@@ -25,6 +25,8 @@ from support import panel_browser, panel_rig  # noqa: E402
 ENTERED = "179,-6,,2"     # of G79
 TARGET = 6000.0         # mm3/min
 STEP = 0.417            # mm in a look
+FEED_PER_TOOTH, WATTS = 0.026, 0.015       # mm at a rate of TARGET; W for each mm3/min
+IDLE, MEASURED = 40.0, 1.08     # W of the spindle in air; measured over predicted power of the cut
 # Of TARGET: target and rate of each pass, and what limits it: stock ahead; the lower bound, which is above the target; stock here.
 PASSES = [(1.0, 1.0, 2.0), (0.75, 1.0, 3.0), (1.5, 1.5, 1.0)]
 SLOT = [(-10.0, 10.0), (52.0, 10.0), (52.0, 30.0), (24.0, 30.0)]
@@ -57,6 +59,7 @@ def cut(rig, program):
     """A slot in two depths along SLOT, a look each STEP."""
     values = rig.machine.values
     values.update(mode=2.0, motion_type=2.0, target=TARGET, limited_by=1.0, override=0.21, tool=1.0, tool_flute_length=20.0,
+                  max_chip=0.05, max_power=250.0, spindle_load_scale=1.0, load_idle=IDLE, load_factor=MEASURED, load_ratio=MEASURED,
                   area=24.0, area_ahead=24.0, depth=4.0, requested_vel=20.0, programmed_vel=3.0, current_vel=STEP / LOOK_S)
     rig.machine.tasks.update(program=program, running=True)
     at = (*SLOT[0], -4.0)
@@ -68,6 +71,8 @@ def cut(rig, program):
             there = tuple(a + (b - a) * k / count for a, b in zip(start, (*corner, -4.0 if corner[1] < 20 else -7.0)))
             rig.machine.cut(at, there)
             values["mrr"] = rate * TARGET * (0.98 + 0.02 * math.sin(k)) * min(1.0, k / 8) if there[0] > 0 else 0.0
+            values["chip"], values["power"] = FEED_PER_TOOTH * rate * (values["mrr"] > 0.0), values["mrr"] * WATTS
+            values["spindle_load"] = IDLE + values["power"] * MEASURED
             values["removed"] += values["mrr"] / 60 * LOOK_S
             at = there
             rig.look()
