@@ -56,6 +56,39 @@ def test_an_upright_box_is_as_before(answers):
         assert [float(v) for v in pins] == pytest.approx([0, *box], abs=1e-5)
 
 
+# Side one: a slot through the block, 6 mm wide, at Y7 to Y13 up to X33. Turned about X with the touched corner at X45.4 Y42.7 Z-4.54 of the machine (mm
+# and inch), it lies at Y27 to Y33 from there: the same slot meets nothing, and 10 mm more of it 600 mm3.
+CORNER = 20 + 25.4, 30 + 12.7, -2 - 2.54
+OVER = [['mdi', line] for line in ('G21', 'G10 L2 P1 X80 Y60 Z0 R0', 'T1 M6', BOX, 'G0 Z5', 'G0 X-6 Y10', 'G0 Z-11', 'G1 X30 F2000', 'G0 Z5', 'M253 P5')]
+SIDE_TWO = [['mdi', line] for line in ('G10 L2 P1 X20 Y30 Z-2', 'G0 Z5', 'G20', 'M254 P5 R180 H1 I1 J0.5 K-0.1', 'G21')]
+AGAIN = [['mdi', line] for line in ('G0 X19.4 Y42.7', 'G0 Z-13.5', 'G1 X55.4 F2000')]
+
+
+@pytest.mark.scene(MILL, [*OVER, ['map'], *SIDE_TWO, ['map'], *AGAIN, STATE, ['mdi', 'G1 X65.4'], STATE, ['mdi', 'G0 Z5'],
+                          ['mdi', 'M254 P5'], ['map'], ['mdi', 'M254 P8 R180 H2']])
+def test_the_second_side(answers):
+    """M254 with R180: at the touched corner, in any unit; the slot keeps the stock of side one."""
+    answers = iter(answers)
+
+    def said(count):
+        return [text for _ in range(count) for text in next(answers)]
+    assert said(len(OVER)) == []
+    before, first = next(answers)
+    assert said(len(SIDE_TWO)) == []
+    after, second = next(answers)
+    first, second = np.load(first), np.load(second)
+    hollow = first < -9.99
+    assert hollow.any() and first.shape == second.shape and after == before
+    assert np.array_equal(second[::-1] < CORNER[2] - 9.99, hollow) and second.max() == pytest.approx(CORNER[2], abs=1e-4)
+    assert said(len(AGAIN)) == []
+    state = next(answers)
+    assert state[1:] == ['0', 'TRUE', 'FALSE', '0'] and float(state[0]) == pytest.approx(before, abs=2)
+    assert said(1) == []
+    assert float(next(answers)[0]) == pytest.approx(before + 10 * 6 * 10, abs=4)
+    assert said(2) == [] and np.array_equal(np.load(next(answers)[1]), first)
+    assert said(1) == ['chipwise: M254: slot 8 was not restored: nothing has been saved there; save a stock with M253 before, or see [CHIPWISE]STOCK_DIR']
+
+
 def test_saved_restored_and_kept(tmp_path):
     """M253, M254 and KEEP_STOCK bring the rotated box back cell by cell, and it is cut on as before."""
     folder = tmp_path / 'stock'

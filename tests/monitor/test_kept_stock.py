@@ -12,7 +12,8 @@ from chipwise.monitor.stock_files import StockFiles
 from chipwise.resume import stocks
 from chipwise.settings import parse_settings
 from chipwise.clib import core
-from chipwise.stock import journal, store
+from chipwise.stock import journal, reasons, store, turn_over, turn_request
+from chipwise.clib.layout import FileRequest
 from chipwise.clib.library import library
 from chipwise.stock.shared import SharedStock
 
@@ -222,3 +223,29 @@ def test_a_file_that_cannot_be_deleted_is_not_used(run, tmp_path, monkeypatch, c
     files.was_on = True
     files.end()
     assert 'was not deleted: Permission denied' in capfd.readouterr().out
+
+
+def test_a_stock_that_is_turned_over(run, tmp_path, cut):
+    """M254 with R180: the map has it, the slot is not written; what cannot be turned leaves the map as it was."""
+    files, _said = run()
+
+    def asked(request, slot=reasons.TURNED):
+        files.component.update({'slot': slot, 'request': 0})
+        files.step(0.0)
+        files.component['request'] = request
+        files.step(0.0)
+        return files.component['reply']
+
+    store.write(str(tmp_path / 'slot1.stock'), *cut)
+    before = sorted(os.listdir(tmp_path))
+    slot = (tmp_path / 'slot1.stock').read_bytes()
+    assert asked(FileRequest.RESTORE) == reasons.DISK and np.array_equal(files.stock.taken[1], cut[1])      # nobody has said what
+    turn_request.write(str(tmp_path), turn_request.TurnRequest(1, 'Y', (40.0, -3.0, 7.0), 0.0))
+    for wrong in ((FileRequest.SAVE, reasons.TURNED), (FileRequest.RESTORE, reasons.TURNED + 1), (FileRequest.RESTORE, -1)):
+        assert asked(*wrong) == reasons.BAD_SLOT and np.array_equal(files.stock.taken[1], cut[1])
+    assert asked(FileRequest.RESTORE) == reasons.DONE
+    head, cells = turn_over.turned_over(*cut, 'Y', (40.0, -3.0, 7.0))
+    assert files.stock.taken[0] == head and np.array_equal(files.stock.taken[1], cells) and not np.array_equal(cells, cut[1])
+    assert sorted(os.listdir(tmp_path)) == sorted([*before, turn_request.NAME]) and (tmp_path / 'slot1.stock').read_bytes() == slot
+    (tmp_path / 'slot1.stock').write_bytes(slot[:-1])
+    assert asked(FileRequest.RESTORE) == reasons.BROKEN and np.array_equal(files.stock.taken[1], cells)

@@ -10,7 +10,7 @@ from chipwise.clib import core
 from chipwise.cli import main
 from chipwise.errors import CycleError
 from chipwise.host import files
-from chipwise.stock import store, turn_over
+from chipwise.stock import reasons, store, turn_over, turn_request
 from chipwise.stock.shared import SharedStock, mean_heights
 from support.random_cases import random_count, random_seed
 
@@ -238,3 +238,52 @@ def test_a_full_disk_leaves_the_old_files(machine, monkeypatch, capsys):
     before = {name: (machine / "stock" / name).read_bytes() for name in ("slot1.stock", "slot2.stock")}
     status, after = turn(machine, "1", "-o", "2", "--about", "X", "--corner", 0, 0, 0)
     assert status == 2 and "No space left on device" in capsys.readouterr().err and after == before
+
+
+def asked(machine, **words):
+    """What M254 P1 R180 H1 I100 J50 K30 gives, or so many words changed."""
+    turn_request.write(str(machine / "stock"), turn_request.TurnRequest(**{"slot": 1, "about": "X", "corner": (100.0, 50.0, 30.0), "allowance": 0.5, **words}))
+    return turn_over.asked(str(machine / "stock" / turn_request.NAME), 1_000_000)
+
+
+def test_a_request_of_m254(machine):
+    """The same as the command; no slot is written."""
+    before = (machine / "stock" / "slot1.stock").read_bytes()
+    head, cells = asked(machine)
+    assert sorted(os.listdir(machine / "stock")) == ["slot1.stock", turn_request.NAME] and (machine / "stock" / "slot1.stock").read_bytes() == before
+    assert turn(machine, "1", "-o", "2", "--about", "x", "--corner", 100, 50, 30)[0] == 0
+    of_command = store.read(str(machine / "stock" / "slot2.stock"))
+    assert head == of_command[0] and np.array_equal(cells, of_command[1])
+    assert not np.array_equal(cells, asked(machine, about="Y")[1])
+
+
+@pytest.mark.parametrize("words, reply", [({"slot": 2}, reasons.NO_FILE), ({"corner": (1e6, 0.0, 0.0)}, reasons.TOO_FAR)])
+def test_a_request_that_cannot_be_served(machine, words, reply):
+    with pytest.raises(store.StoreError) as caught:
+        asked(machine, **words)
+    assert caught.value.reply == reply and reply in reasons.REASONS
+
+
+def test_a_request_for_a_stock_that_is_cut_away(machine):
+    stock = core.Stock((0.0, 0.0, 0.0), (20.0, 10.0, 5.0), 0.5)
+    core.Cutter(stock, core.Tool(60.0), (-5.0, 5.0, -1.0)).to((25.0, 5.0, -1.0))
+    store.write(str(machine / "stock" / "slot1.stock"), *SharedStock(memoryview(stock._block)).take())
+    with pytest.raises(store.StoreError, match="slot 1: .*nothing is left of the stock") as caught:
+        asked(machine)
+    assert caught.value.reply == reasons.NOTHING_LEFT
+
+
+GOOD = '{"slot": 1, "about": "X", "corner": [0, 0, 0], "allowance": 0}'
+
+
+@pytest.mark.parametrize("text", ["", "[]", "null", "[" * 4000, GOOD.replace("1", "10"), GOOD.replace("1", "true"), GOOD.replace("X", "Z"), GOOD[:-1],
+                                  GOOD.replace('"X"', "[]"), GOOD.replace("[0,", "[NaN,"), GOOD.replace("[0,", "[1e9,"), GOOD.replace("[0,", "["),
+                                  GOOD.replace("[0,", '["0x",'), GOOD.replace("slot", "slots"), GOOD.replace('ce": 0', 'ce": -1'), GOOD.replace('ce": 0', 'ce": 1e3')])
+def test_a_damaged_request(machine, text):
+    path = machine / "stock" / turn_request.NAME
+    path.write_text(GOOD)
+    turn_over.asked(str(path), 1_000_000)
+    path.write_text(text)
+    with pytest.raises(store.StoreError) as caught:
+        turn_over.asked(str(path), 1_000_000)
+    assert caught.value.reply == reasons.DISK and str(path) in str(caught.value)

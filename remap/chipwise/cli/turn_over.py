@@ -75,8 +75,7 @@ def turned(options, source, target):
         head, cells = turn_over.turned_over(*store.read(source), options.about, tuple(options.corner), options.allowance)
         store.write(target, head, cells)
     except store.StoreError as error:
-        remedy = ('use a --corner nearer to machine zero' if error.reply == reasons.BROKEN and source not in str(error) else reasons.REASONS[error.reply][1])
-        refuse(f'{error}; {remedy}')
+        refuse(f'{error}; {reasons.REASONS[error.reply][1]}')
     inner = cells[1:-1, 1:-1]
     through = int((inner['top'] <= inner['top'].dtype.type(head.low[2])).sum())
     return {'output': target, 'about': options.about, 'min': head.low, 'max': head.high, 'cell': head.cell, 'cells': [head.nx, head.ny],

@@ -18,9 +18,9 @@ from chipwise.glue import program_run
 from chipwise.glue import known_cuts
 from chipwise.program import known_stock
 from chipwise.glue.registers import InForce, send, status_now, status_value
-from chipwise.glue.workpiece import check_extent, check_fits, stock_of
+from chipwise.glue.workpiece import allowance, check_extent, check_fits, stock_of
 from chipwise.clib import layout
-from chipwise.stock import reasons
+from chipwise.stock import reasons, turn_request
 from chipwise.clib.layout import Fault, Register
 
 FILL_TRIES, FILL_WAIT_S = 100, 0.05     # the map is filled a part per servo period:
@@ -109,9 +109,9 @@ def _same_box(first, second):
         abs(a - b) < SAME_MM for one, other in zip(first[:2], second[:2]) for a, b in zip(one, other))
 
 
-def _slot(state):
-    """Word P of M253, M254: 0 to 9."""
-    state.check_words("p")
+def _slot(state, words="p"):
+    """Word P of M253, M254: 0 to 9.  words: those of the code."""
+    state.check_words(words)
     slot = state.number("p")
     if slot is None:
         raise CycleError("word P (slot) is missing", "add P0 to P9")
@@ -167,9 +167,48 @@ def save_stock(state):
     yield from request(state, slot, Register.SAVE_COMMIT, f"slot {slot} was not saved")
 
 
+TURN_WORDS = "rhijk"
+
+
+def _turn(state, slot):
+    """Words R H I J K of M254 -> a turn_request.TurnRequest, None for the stock as it was saved."""
+    dropped = [letter.upper() for letter in TURN_WORDS if state.has_any(letter) and state.number(letter) is None]
+    if dropped:
+        raise CycleError(f"word {dropped[0]} does not reach chipwise", "write argspec=prhijkN in the line REMAP = M254 of the INI file")
+    if not state.has_any(TURN_WORDS):
+        return None
+    half_turn, axis = state.number("r"), state.number("h")
+    if half_turn != 180:
+        raise CycleError("H, I, J and K are words of a part that was turned over, and R180 is missing" if half_turn is None else
+                         f"R{half_turn:g} is not half a turn", "use R180 for a part that was turned over, or give P alone")
+    if axis not in (1, 2):
+        raise CycleError("word H (axis that the part was turned about) is missing" if axis is None else f"axis H{axis:g} is neither 1 nor 2",
+                         "use H1 for X, H2 for Y")
+    if state.interp.rotation_xy % 360:
+        raise CycleError(f"the work coordinates are turned by {state.interp.rotation_xy:g} degrees, and a stock is turned over along the axes of the machine",
+                         "align the part, and set the rotation to R0 with G10 L2")
+    corner = state.machine_point([state.length(letter) or 0.0 for letter in "ijk"])
+    for name, value in zip("XYZ", corner):
+        if not abs(value) <= layout.MAX_COORDINATE:
+            raise CycleError(f"the corner is at {name}{{far}} of the machine, more than {{most}} from its zero", "correct I, J, K or the work offset",
+                             far=value, most=layout.MAX_COORDINATE)
+    return turn_request.TurnRequest(slot, turn_request.AXES[int(axis) - 1], corner, allowance(state))
+
+
+def _ask_for(state, request):
+    """Write a TurnRequest where the monitor looks for it; the machine is here."""
+    folder = state.settings.path("STOCK_DIR")
+    try:
+        turn_request.write(folder, request)
+    except OSError as error:
+        raise CycleError(f"slot {request.slot} was not restored: {folder} cannot be written: {error.strerror}",
+                         "see [CHIPWISE]STOCK_DIR, the rights of that folder, and room on the disk") from error
+
+
 def restore_stock(state):
     """M254."""
-    slot = _slot(state)
+    slot = _slot(state, "p" + TURN_WORDS)
+    turn = _turn(state, slot)
     known_stock.forget(state.interp)
     known_cuts.forget(state.interp)
     if not state.interp.task:
@@ -177,5 +216,8 @@ def restore_stock(state):
     if state.interp.task and _run_from_line_keeps_stock(state):
         yield
         return
-    yield from request(state, slot, Register.RESTORE_COMMIT, f"slot {slot} was not restored")
+    if turn and state.interp.task:
+        yield                       # until the machine is here
+        _ask_for(state, turn)
+    yield from request(state, reasons.TURNED if turn else slot, Register.RESTORE_COMMIT, f"slot {slot} was not restored")
     InForce.box, InForce.stock_here = None, True

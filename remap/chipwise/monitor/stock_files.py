@@ -108,10 +108,12 @@ class StockFiles:
         slot = self.component['slot']
         if request == FileRequest.CLAMPS:
             return self.put_clamps(slot)
-        if slot not in range(reasons.SLOTS):
+        if slot not in range(reasons.SLOTS) and (slot, request) != (reasons.TURNED, FileRequest.RESTORE):
             return reasons.BAD_SLOT
         self.component['reply'] = reasons.BUSY
-        from chipwise.stock import store
+        from chipwise.stock import store, turn_over, turn_request
+        if slot == reasons.TURNED:
+            return self.restore(self.path(turn_request.NAME), turn_over.asked)
         path = self.path(store.slot_name(slot))
         return self.save(path) if request == FileRequest.SAVE else self.restore(path)
 
@@ -160,11 +162,11 @@ class StockFiles:
             return reasons.NO_ANSWER
         return reasons.DONE
 
-    def restore(self, path):
-        """A file to the map; -> the reply.  Any error leaves the stock as it was."""
+    def restore(self, path, read=None):
+        """A file to the map; -> the reply.  Any error leaves the stock as it was.  read: instead of store.read()."""
         from chipwise.stock import store
         try:
-            reply = self.give(store.read(path, self.stock.capacity))
+            reply = self.give((read or store.read)(path, self.stock.capacity))
         except store.StoreError as error:
             return self.failed(error)
         if reply == reasons.DONE:

@@ -5,10 +5,11 @@ Who calls it: glue/stock_codes.py (M253, M254), glue/clamps.py (M256), stock/sto
 """
 
 SLOTS = 10                          # M253 P0..P9
+TURNED = SLOTS                      # of M254 with R180: the stock that turn_request.py names
 SET_UPS = 1000                      # M256 P0..P999
 
 IDLE, BUSY, DONE = 0, 1, 2
-NO_STOCK, NO_FILE, BROKEN, OTHER_VERSION, TOO_LARGE, DISK, NO_ANSWER, BAD_SLOT, NO_CLAMPS, NOT_TAKEN = range(3, 13)
+NO_STOCK, NO_FILE, BROKEN, OTHER_VERSION, TOO_LARGE, DISK, NO_ANSWER, BAD_SLOT, NO_CLAMPS, NOT_TAKEN, NOTHING_LEFT, TOO_FAR = range(3, 15)
 REASONS = {     # reply: (what, remedy)
     NO_STOCK: ("no stock is defined", "define it with M250 before"),
     NO_FILE: ("nothing has been saved there", "save a stock with M253 before, or see [CHIPWISE]STOCK_DIR"),
@@ -20,6 +21,8 @@ REASONS = {     # reply: (what, remedy)
     BAD_SLOT: ("there is no such slot", "use P0 to P9"),
     NO_CLAMPS: ("chipwise-monitor cannot read the set-up", "see the message in the log, and `chipwise clamps show`"),
     NOT_TAKEN: ("the stock tracker does not take its clamps over", "see whether the servo thread runs; install components and chipwise of one version"),
+    NOTHING_LEFT: ("nothing is left of the stock", "take the slot of the part that was turned over"),
+    TOO_FAR: ("the turned stock would be too far from machine zero", "take a corner nearer to it"),
 }
 
 

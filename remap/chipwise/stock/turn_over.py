@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The stock of side one, turned over: the stock of side two.
 
-Called by cli/turn_over.py.  Pure: no HAL, no LinuxCNC.  Lengths mm.
+Called by cli/turn_over.py, and by monitor/stock_files.py for M254 with R180.  Pure: no HAL, no LinuxCNC.  Lengths mm.
 
 A height map knows a stock from above only.  Turned by 180 degrees about X or Y:
  1. The bottom of side one, which nothing has cut, is the top of side two: flat.
@@ -13,6 +13,7 @@ the turn: the box is then larger by the part of a cell that was beyond the blank
 """
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -20,9 +21,10 @@ import numpy as np
 from chipwise.clib import layout
 from chipwise.clib.core import CELL_DTYPE
 from chipwise.errors import CycleError
-from chipwise.stock.store import Head, check_head
+from chipwise.stock import reasons, store, turn_request
+from chipwise.stock.store import Head, StoreError, check_head
+from chipwise.stock.turn_request import AXES
 
-AXES = "X", "Y"
 BAND = 1 << 20          # cells at a time: bounds the memory
 
 
@@ -74,5 +76,21 @@ def turned_over(head: Head, cells: np.ndarray, about: str, corner: tuple[float, 
     inside["cut"] = np.where(whole, 0, gone)
     inside["drop"] = np.where((gone > 0) & ~whole, layout.DROP_FULL, 0)
     found = replace(head, low=low, high=high, shape=int(layout.StockShape.BOX), half=(sizes[0] / 2, sizes[1] / 2), turn=0.0)
-    check_head(found)
+    try:
+        check_head(found)
+    except StoreError as error:
+        raise StoreError(reasons.TOO_FAR, str(error)) from error
     return found, fresh
+
+
+def asked(path: str, most_cells: int) -> tuple[Head, np.ndarray]:
+    """(head, cells) of the turned stock that a request of M254 (turn_request.py) names; its slot's file stays as it is.  Raises StoreError."""
+    try:
+        request = turn_request.read(path)
+    except (OSError, ValueError) as error:
+        raise StoreError(reasons.DISK, f"{path}: {error}") from error
+    taken = store.read(os.path.join(os.path.dirname(path), store.slot_name(request.slot)), most_cells)
+    try:
+        return turned_over(*taken, request.about, request.corner, request.allowance)
+    except CycleError as error:
+        raise StoreError(reasons.NOTHING_LEFT, f"slot {request.slot}: {error}") from error
