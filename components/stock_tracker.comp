@@ -134,6 +134,7 @@ variable chip_load_watch_t load_state;
 variable chip_path_thinner_t thinner;
 variable chip_path_watch_t path_state;
 variable int is_reported;
+variable double last_ns;
 variable void *map;
 variable void *done;
 variable void *clamp_table;

@@ -12,11 +12,14 @@
 static void watch_tool(struct __comp_state *__comp_inst, long period, struct chip_tracker_in *in)
 {
     struct chip_tool_watch_in seen;
+    double now = (double)rtapi_get_time();
     seen.tool_in_spindle_number = tool_in_spindle;
     seen.tool_followed_number = tool_followed;
     seen.heartbeat_count = heartbeat;
     seen.monitor_timeout_s = monitor_timeout;
     seen.period_s = fperiod;
+    seen.since_last_s = last_ns > 0.0 ? 1e-9 * (now - last_ns) : 0.0;
+    last_ns = now;
     chip_tool_watch_step(&watch, &seen);
     in->tool_unknown = watch.is_unknown;
     in->watch_fault = watch.code;

@@ -5,9 +5,21 @@
 
 #define CHIP_LONGEST_S 1e6 /* s, times are not counted any further */
 
+/* s of this period in which the monitor could have been at work [4]. */
+static double time_given(struct chip_tool_watch *watch, const struct chip_tool_watch_in *in)
+{
+    double period_s = chip_finite(in->period_s) ? chip_clamp(in->period_s, 0.0, 1.0) : 0.0, made_up;
+    if (chip_finite(in->since_last_s) && in->since_last_s > CHIP_STOPPED_S)
+        watch->stopped_s = chip_min(watch->stopped_s + in->since_last_s, CHIP_LONGEST_S);
+    CHIP_FAULT(STANDSTILL_COUNTED, watch->stopped_s = 0.0);
+    made_up = chip_min(period_s, watch->stopped_s);
+    watch->stopped_s -= made_up;
+    return period_s - made_up;
+}
+
 void chip_tool_watch_step(struct chip_tool_watch *watch, const struct chip_tool_watch_in *in)
 {
-    double period_s = chip_finite(in->period_s) ? chip_clamp(in->period_s, 0.0, 1.0) : 0.0;
+    double period_s = time_given(watch, in);
     int beats = in->heartbeat_count != watch->last_heartbeat;
     int watched = chip_finite(in->monitor_timeout_s) && in->monitor_timeout_s > 0.0;
     int begins = in->heartbeat_count < watch->last_heartbeat;

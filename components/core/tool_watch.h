@@ -14,6 +14,8 @@
  *     a heartbeat; a count that does not change for the timeout is a fault. The timeout is long (seconds), because a
  *     busy machine may leave the process waiting; 1 covers what cannot wait.
  *  3. A monitor that begins in place of one that has died sets the count back. Nobody followed the tool until then.
+ *  4. If the whole computer was stopped (a virtual machine, a laptop asleep), the servo thread makes up
+ *     the periods that it has missed at once. The monitor had no time in them, so they do not count against it.
  */
 #ifndef CHIPWISE_TOOL_WATCH_H
 #define CHIPWISE_TOOL_WATCH_H
@@ -21,6 +23,8 @@
 /* s a tool may be unknown before that is a fault. The monitor takes 20 ms; a shorter time makes every tool change a
  * fault, a longer one reports a dead monitor later. */
 #define CHIP_TOOL_GRACE_S 0.05
+#define CHIP_STOPPED_S                                                                                                 \
+    0.5 /* between two periods, s, from which on the computer was stopped [4]; a late thread is later by milliseconds */
 
 enum chip_tool_watch_fault {
     CHIP_TOOL_WATCHED = 0,
@@ -35,12 +39,14 @@ struct chip_tool_watch_in {
     int heartbeat_count;        /* counts while the monitor runs */
     double monitor_timeout_s;   /* without a heartbeat; not positive: not watched */
     double period_s;
+    double since_last_s; /* by the computer's clock, since the period before; 0: not known */
 };
 
 struct chip_tool_watch {
     int last_heartbeat;
     double silent_s;  /* since the last heartbeat */
     double changed_s; /* since the tool is unknown */
+    double stopped_s; /* of standstill that is still to be made up [4] */
     int is_unknown;   /* nothing may be cut with the tool that was described [1] */
     int is_unwatched; /* nobody follows the tool [2], or nobody did up to this period [3] */
     int code;         /* chip_tool_watch_fault */

@@ -274,7 +274,7 @@ static void held_period(struct chip_tracker *tracker, const struct chip_tracker_
     out->is_held = 1;
     out->fault_number = in->watch_fault;
     out->has_fault = out->fault_number != CHIP_FAULT_NONE;
-    out->removed_volume_mm3 = tracker->held_mm3;
+    out->removed_volume_mm3 = chip_max(0.0, tracker->held_mm3);
 }
 
 /* [4] [5] A period with stock and tool: cuts, guards, looks ahead. */
@@ -333,6 +333,8 @@ void chip_tracker_step(struct chip_tracker *tracker, struct chip_stock *stock, c
         out->removed_volume_mm3 = 0.0;
         filled = ready = 0;
     }
+    out->removed_volume_mm3 =
+        chip_max(0.0, out->removed_volume_mm3); /* a rim cell may round up a thousandth of a mm3 at its first cut */
     chip_tracker_own_map(tracker, stock);
     out->fault_number = current_fault(tracker, in, filled);
     out->has_fault = out->fault_number != CHIP_FAULT_NONE;

@@ -211,9 +211,11 @@ static void check_tool_watch(int spoilt)
     beat.heartbeat_count = spoilt ? hostile_whole() : (int)period;
     beat.monitor_timeout_s = spoilt ? hostile() : 5.0;
     beat.period_s = spoilt ? hostile() : 0.001;
+    beat.since_last_s = spoilt ? hostile() : 0.001;
     chip_tool_watch_step(&watch, &beat);
     in_range("silent", watch.silent_s, 0.0, 1e6);
     in_range("changed", watch.changed_s, 0.0, 1e6);
+    in_range("stood", watch.stopped_s, 0.0, 1e6);
     expect(beat.tool_in_spindle_number == 1 || watch.is_unknown, "an unknown tool", beat.tool_in_spindle_number);
 }
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* What seldom happens in the core: a queue that is full, a map that others have spoilt, a path that gets shorter, a probe at the end of
- * the path, a model without heights. */
+ * the path, a model without heights, a computer that was stopped. */
 #include <math.h>
 
 #include "core_checks.h"
@@ -8,6 +8,7 @@
 
 #include "../../components/core/path.h"
 #include "../../components/core/stylus.h"
+#include "../../components/core/tool_watch.h"
 
 /* A box of 40 x 30 x 10 mm with its top at Z0, and a flat tool of 6 mm beside it. */
 static void define_beside(void)
@@ -202,6 +203,29 @@ static void model_without_heights(void)
     NEAR(chip_stylus_distance(&settings, above, normal), 1.5, 0.0);
 }
 
+/* Periods of 1 ms without a heartbeat; returns the code after the last. */
+static int silent_for(struct chip_tool_watch *watch, int count, double since_first_s)
+{
+    struct chip_tool_watch_in in = { 1, 1, 7, 5.0, 0.001, since_first_s };
+    while (count--) {
+        chip_tool_watch_step(watch, &in);
+        in.since_last_s = 0.00001;
+    }
+    return watch->code;
+}
+
+/* For 20 s; the periods missed are made up at once, in which the monitor cannot have beaten. */
+static void computer_was_stopped(void)
+{
+    struct chip_tool_watch watch = { 0 };
+    CHECK(silent_for(&watch, 2000, 0.001) == CHIP_TOOL_WATCHED);
+    CHECK(silent_for(&watch, 20000, 20.0) == CHIP_TOOL_WATCHED);
+    NEAR(watch.silent_s, 1.999, 1e-9); /* the first heartbeat is a change */
+    CHECK(silent_for(&watch, 2900, 0.001) == CHIP_TOOL_WATCHED);
+    CHECK(silent_for(&watch, 200, 0.001) == CHIP_TOOL_UNWATCHED); /* it is dead */
+    CHECK(silent_for(&watch, 6000, NAN) == CHIP_TOOL_UNWATCHED);
+}
+
 int main(void)
 {
     queue_is_full(0);
@@ -213,5 +237,6 @@ int main(void)
     path_gets_shorter();
     path_that_is_too_short_to_stop();
     model_without_heights();
+    computer_was_stopped();
     return report();
 }

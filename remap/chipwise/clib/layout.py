@@ -121,6 +121,7 @@ STATUS_STOCK = 10
 STATUS_WAITS = 10000000000.0
 STOCK_MAGIC = 1129796436
 STOCK_VERSION = 5
+STOPPED_S = 0.5
 STYLUS_DELAY = 32
 SUMS_AREA = 0.01
 SUMS_DOWN = 0.999
@@ -684,6 +685,7 @@ class ToolWatchIn(C.Structure):
         ("heartbeat_count", C.c_int),
         ("monitor_timeout_s", C.c_double),
         ("period_s", C.c_double),
+        ("since_last_s", C.c_double),
     ]
 
 
@@ -695,6 +697,7 @@ class ToolWatch(C.Structure):
         ("last_heartbeat", C.c_int),
         ("silent_s", C.c_double),
         ("changed_s", C.c_double),
+        ("stopped_s", C.c_double),
         ("is_unknown", C.c_int),
         ("is_unwatched", C.c_int),
         ("code", C.c_int),
