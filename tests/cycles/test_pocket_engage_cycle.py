@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support import engagement_judge
+from support import engagement_judge, pocket_oracle
 from support.engagement_shapes import polygon
-from support.pocket_judge import random_request, verdict
+from support.pocket_judge import case_of, random_request, verdict
 from support.pocket_random import circle, rectangle
 from support.pocket_requests import faults, request, walked
 
@@ -45,6 +45,15 @@ def test_engagement_of_the_moves():
     assert found.percentile(0.99) < NOMINAL + math.radians(3.0) and found.most < NOMINAL + math.radians(10.0)
     slots = engagement_judge.engagement(walked(request()), one.bottom, 3.0, 0.5)
     assert slots.length(2.5) > 10.0        # P0: the judge sees its first ring and its corners
+
+
+def test_the_tool_does_not_stand_on_a_wall_as_it_goes_up():
+    """Nor comes down on one, in a pocket with room."""
+    one = asked()
+    moves, case = walked(one), case_of(one)
+    up = [e.a[:2] for e in moves if e.a[2] == one.bottom and e.b[2] > one.clearance - 1e-6]
+    down = [e.b[:2] for e in moves if e.a[2] > one.bottom + 0.1 and e.b[2] == one.bottom]
+    assert len(up) == 1 and (pocket_oracle.clearance(case.loops, np.array(up + down)) >= case.distance + 0.1).all()
 
 
 def test_rapids_across_are_lifted_and_never_beside_stock():

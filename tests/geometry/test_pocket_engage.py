@@ -12,7 +12,7 @@ from chipwise.geometry.pocket.engage_ground import Ground, fitted, rows_of, rule
 from chipwise.geometry.base import elements
 from chipwise.geometry.base.contour import make_contour
 from chipwise.geometry.base.elements import make_arcs, make_lines
-from chipwise.geometry.pocket import engage, engage_needles, engage_proof
+from chipwise.geometry.pocket import engage, engage_links as links, engage_needles, engage_proof
 from chipwise.geometry.pocket.machinable import split
 
 RADIUS, STEP = 3.0, 2.4
@@ -177,6 +177,39 @@ def test_a_trace_can_turn_away_from_every_wall(name, rho):
 @pytest.mark.parametrize("name, rho", [("L", 0.4), ("star", 0.1)])
 def test_a_trace_does_not_dip_into_a_wall_between_its_steps(name, rho):
     assert into_walls(name, rho)[0] < 6e-4          # three times what it may touch
+
+
+def test_a_corner_is_left_on_an_arc():
+    """At the end of a path that heads for the wall by 5 degrees, on ground too narrow for an arc along it."""
+    planner = engage.Planner(region("rectangle"), RADIUS, STEP, 25.0, 0.2)
+    for y in (37.0, 36.0, 34.0, 32.0):
+        planner.ground.clear(line((40, y), (57, y)))
+    planner.grid.refresh()
+    for pose, backwards in (((56.9, 37.0, math.radians(175)), False), ((41.0, 37.0, math.radians(185)), True)):
+        link = links.link_out(planner.ground, planner.grid, pose, 0.2, backwards)
+        assert len(link) == 1 and link.is_arc[0] and links.inside(planner.ground, link)
+        end, at = (link.start[0], 1.0) if backwards else (link.end[0], 0.0)
+        assert planner.ground.rim(end[None], -0.2)[0]
+        along = elements.tangent_at(link, np.array([0]), np.array([at]))[0]
+        assert along @ (math.cos(pose[2]), math.sin(pose[2])) > math.cos(0.21)
+
+
+def test_the_tool_leaves_a_wall_before_it_goes_up():
+    """Of a wall that is run all around: over its seam, and away on an arc tangent to it."""
+    planner = engage.Planner(region("circle"), RADIUS, STEP, 25.0, 0.2)
+    wall, = planner.walls
+    planner.ground.clear(wall.contour)
+    planner.ground.clear(make_arcs(np.array([[19.6, 0.0]]), np.array([[19.6, 0.0]]), np.zeros((1, 2)), np.array([19.6]), np.array([2 * math.pi])))
+    planner.pose = (19.6, 0.0, math.pi / 2)
+    planner._along_wall(wall.contour)
+    run = planner.segments[-1].elements
+    assert elements.lengths(run).sum() == pytest.approx(44 * math.pi + engage.OVERLAP * RADIUS, abs=1e-6)
+    planner._over((0.0, 0.0))
+    off, up = planner.segments[-2:]
+    assert off.kind == "feed" and up.kind == "over" and np.array_equal(up.elements.start[0], off.elements.end[-1])
+    assert off.elements.is_arc.all() and planner.ground.depth(up.elements.start)[0] >= 0.2 - 1e-6
+    before, after = (elements.tangent_at(e, np.array([k]), np.array([t]))[0] for e, k, t in ((run, len(run) - 1, 1.0), (off.elements, 0, 0.0)))
+    assert before @ after > 1.0 - 1e-9
 
 
 def test_the_tool_does_not_go_down_onto_a_rib():

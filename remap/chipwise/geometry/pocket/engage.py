@@ -23,7 +23,7 @@ from chipwise.geometry.base import chains, elements
 from chipwise.geometry.base.elements import make_lines
 from chipwise.geometry.pocket import engage_links as links
 from chipwise.geometry.pocket import engage_needles
-from chipwise.geometry.pocket.engage_starts import BACK, Grid, Segment, border_poses
+from chipwise.geometry.pocket.engage_starts import BACK, Grid, Segment, before_cut, border_poses
 from chipwise.geometry.pocket.engage_walls import VISITED_MM, Wall, beginning, nearest, sound
 
 # (kept to the border, in step-overs; least radius of the path, in tool radii)
@@ -64,14 +64,14 @@ STRAIGHT, RAMP = 1.0, 2.0
 # Helix, and the least, in tool radii.
 HELIX, NARROWEST = 0.9, 0.05
 
-# A path begins so long before it cuts and goes on for so long after it, in tool radii.
-BEFORE, AHEAD = 0.05, 0.1
+# A path goes on for so long after it cuts, in tool radii.
+AHEAD = 0.1
 
 # Ground that was cleared before falls short of what was by about so many cells: where it ends along a wall is looked for so far from it, too.
 LAGS = (1.3, 2.2)
 
-# Steps in which that place is looked for, and engagement that is a cut. rad
-FIRST_STEPS, LIGHT = 40, 0.06
+# A path that ends no further than this from a wall leaves it on an arc; a wall that is run all around is run on for so far, in tool radii.
+ON_WALL_MM, OVERLAP = 0.05, 0.1
 
 MOST_PATHS, MOST_ENTRIES = 4000, 40
 
@@ -112,6 +112,7 @@ class Planner:
             self.pose = (*self.region.boundary.start[0].tolist(), 0.0)
         self._walls()
         engage_needles.clear(self)
+        self._off()
         return tuple(self.segments)
 
     # ---- parts of the path ---------------------------------------------------------------------------------------
@@ -128,7 +129,7 @@ class Planner:
         start = centre + (radius, 0.0)
         circle = elements.make_arcs(start[None], start[None], centre[None], np.array([radius]), np.array([2.0 * math.pi]))
         if self.segments:
-            self.segments.append(Segment("over", make_lines(np.array([self.pose[:2]]), start[None])))
+            self._over(start)
         self._add("entry", circle)
         self.ground.clear(circle)
         self.pose = (*start.tolist(), 0.5 * math.pi)
@@ -165,8 +166,22 @@ class Planner:
             return True
         if not self._cleared(np.array(pose[:2])):
             return False
-        self.segments.append(Segment("over", make_lines(np.array([at[:2]]), np.array([pose[:2]]))))
+        self._over(pose[:2])
         return True
+
+    def _over(self, to):
+        """Up, across and down to a place."""
+        self.segments.append(Segment("over", make_lines(np.array([self._off()]), np.array([to]))))
+
+    def _off(self):
+        """Off a wall, before the tool goes up, on an arc tangent to it, if there is one over cleared ground; the place (x, y) then."""
+        at = self.pose[:2]
+        if self.segments and self.segments[-1].kind == "cut" and float(self.ground.depth(np.array([at]))[0]) <= ON_WALL_MM:
+            arc = links.off_wall(self.ground, self.grid, self.pose, self.clearance)
+            if arc is not None:
+                self._add("feed", arc)
+                at = tuple(arc.end[-1].tolist())
+        return at
 
     def _lifted(self, off, points, onto):
         """Off the path, across by rapids and onto the next one."""
@@ -180,7 +195,7 @@ class Planner:
     def _path(self, pose, keep):
         """A path of constant engagement from a pose; nothing if it would cut nothing."""
         known = len(self.segments)
-        pose = self._trimmed(pose, keep)
+        pose = before_cut(self.ground, pose, keep)
         if not self._go(pose):          # before the path is cleared: the link there has to be so already
             return
         found, _ = self.ground.trace(pose, keep, True)
@@ -193,13 +208,6 @@ class Planner:
         self._add("cut", fitted(poses, FIT_MM))
         self.pose = tuple(poses[-1])
         self.paths += 1
-
-    def _trimmed(self, pose, keep):
-        """The pose shortly before a path from a pose cuts."""
-        found, _ = self.ground.trace(pose, keep, False, FIRST_STEPS)
-        cut = np.flatnonzero(found[:, 3] > 0.0)
-        first = (int(cut[0]) if len(cut) else 0) - math.ceil(BEFORE * self.radius / keep.step)
-        return tuple(found[first, :3].tolist()) if first >= 0 else pose
 
     # ---- stages ----------------------------------------------------------------------------------------------------
 
@@ -226,7 +234,7 @@ class Planner:
         while self.paths < MOST_PATHS:
             starts = self._starts(poses, tried)
             if not starts:
-                starts = [s for s in self._patch_starts(keep.inset) if not tried.get(s[1])]
+                starts = [s for s in self._beside(keep.inset) if not tried.get(s[1])]
             if not starts:
                 break
             start = min(starts, key=lambda s: math.dist(s[0][:2], self.pose[:2]))
@@ -273,19 +281,9 @@ class Planner:
         area, length = float((1.0 - np.cos(angle)).sum()) * self.radius * keep.step, len(angle) * keep.step
         return area >= FEWEST * self.radius * self.step and area >= SHARE * length * self.step
 
-    def _patch_starts(self, inset):
-        """Poses beside what is not cleared and touches no border, across from it."""
-        found = []
-        for patch in self.grid.patches(inset + 0.02 * self.radius, FEWEST * self.radius * self.step if inset else PATCH_LARGE * self.radius ** 2):
-            near = self.grid.beside(patch)
-            if not len(near):
-                continue
-            point = self.grid.point[tuple(near.T)]
-            k = int(np.argmin(np.hypot(*(point - self.pose[:2]).T)))
-            over = self.grid.point[tuple(patch.T)]
-            toward = over[int(np.argmin(np.hypot(*(over - point[k]).T)))] - point[k]
-            found.append(((*point[k].tolist(), math.atan2(toward[1], toward[0]) + 0.5 * math.pi), ("patch", *np.round(point[k], 1).tolist())))
-        return found
+    def _beside(self, inset):
+        area = FEWEST * self.radius * self.step if inset else PATCH_LARGE * self.radius ** 2
+        return self.grid.patch_starts(inset + 0.02 * self.radius, area, self.pose)
 
     def _walls(self):
         """Exactly along all parts of the walls that no path has followed."""
@@ -298,11 +296,14 @@ class Planner:
         if not self._cleared(start) and np.array_equal(start, chain.end[-1]):
             chain = chains.rotated(chain, *nearest(chain, self.pose[:2]))
             start = chain.start[0]
-        first, last = (elements.tangent_at(chain, np.array([i]), np.array([t]))[0] for i, t in ((0, 0.0), (len(chain) - 1, 1.0)))
+        first = elements.tangent_at(chain, np.array([0]), np.array([0.0]))[0]
         if self._cleared(start):
             self._go((*start.tolist(), math.atan2(first[1], first[0])))
         else:
             self._into(chain)
+        if np.array_equal(start, chain.end[-1]):
+            chain = elements.join((chain, beginning(chain, OVERLAP * self.radius)))
+        last = elements.tangent_at(chain, np.array([len(chain) - 1]), np.array([1.0]))[0]
         self._add("cut", chain)
         self.ground.clear(chain)
         self.pose = (*chain.end[-1].tolist(), math.atan2(last[1], last[0]))
@@ -334,7 +335,7 @@ class Planner:
             self.ground.clear(straight)
             return
         down = sound(beginning(chain, RAMP * self.radius))
-        self.segments.append(Segment("over", make_lines(at, start)))
+        self._over(start[0])
         self._add("ramp", down)
         self.ground.clear(down)
 

@@ -8,6 +8,7 @@ side, and onto the next path at the feed.  Every link is asked for the whole are
 """
 import heapq
 import math
+from itertools import islice
 
 import numpy as np
 
@@ -37,6 +38,10 @@ NEAREST = 8
 
 # A place with the clearance is not looked for further away, in tool radii.
 OUT = 3.0
+
+# An arc to such a place turns by more than the first (with less it is a line) and by less than the second. rad
+FLAT, BENT = 1e-3, 2.6
+BENDS = (0.0, 0.1, 0.2)
 
 # Times of a rapid against those of a feed are only to choose between two links: the machine's own are not known here.
 RAPID_MM_S, RAPID_MM_S2, STOP_S = 100.0, 500.0, 0.1
@@ -95,13 +100,20 @@ def leads(ground, pose, clearance, backwards):
     return []
 
 
+def off_wall(ground, grid, pose, clearance):
+    """Elements at the feed off a path to where the clearance is; None."""
+    arcs = [link for link in leads(ground, pose, clearance, False) if len(link)]
+    grid.refresh()
+    return arcs[0] if arcs else link_out(ground, grid, pose, clearance)
+
+
 def lifted(ground, grid, at, pose, clearance):
     """(elements off a path, points of rapids, elements onto the next) from one pose to another, the quickest that is found; None."""
     off, onto = (leads(ground, p, clearance, p is pose) for p in (at, pose))
     if not off:
         off = [link for link in (link_out(ground, grid, at, clearance),) if link is not None]
     if off and not onto:
-        onto = [elements.reverse(link) for link in (link_out(ground, grid, pose, clearance),) if link is not None]
+        onto = [link for link in (link_out(ground, grid, pose, clearance, True),) if link is not None]
     if not off or not onto:
         return None
     pairs = [(a, b) for a in off[:FURTHER] for b in onto[:FURTHER]]
@@ -168,16 +180,33 @@ def along(ground, grid, a, b):
     return link if inside(ground, link) else None
 
 
-def link_out(ground, grid, pose, clearance):
-    """Elements of lines at the feed from a place to the nearest of the grid that has the clearance; None."""
+def link_out(ground, grid, pose, clearance, backwards=False):
+    """Elements at the feed from a pose to a place of the grid near it that has the clearance, or from there to the pose (backwards): an arc
+    along the path there (within BENDS: a path that ends in a corner may head for the wall) if one of the nearest places has one, else lines; None."""
     near = grid.point[(grid.depth >= clearance) & grid.cleared]
     gap = np.hypot(*(near - pose[:2]).T)
-    for k in np.argsort(gap, kind="stable"):
-        if gap[k] > OUT * ground.radius:
-            break
-        if ground.rim(near[k][None], -clearance)[0]:
-            return along(ground, grid, tuple(pose[:2]), tuple(near[k]))
-    return None
+    order = np.argsort(gap, kind="stable")
+    free = list(islice((k for k in order[:np.searchsorted(gap[order], OUT * ground.radius, "right")] if ground.rim(near[k][None], -clearance)[0]), PLACES))
+    for bend in BENDS:                                                  # away from the stock on the right
+        heading = pose[2] + (math.pi - bend if backwards else bend)
+        for k in free:
+            link = _tangent(ground, pose[:2], heading, near[k])
+            if link is not None:
+                return elements.reverse(link) if backwards else link
+    link = along(ground, grid, tuple(pose[:2]), tuple(near[free[0]])) if free else None
+    return elements.reverse(link) if backwards and link is not None else link
+
+
+def _tangent(ground, start, heading, end):
+    """The arc from a place with a heading to another place, if it is bent no further than BENT and over cleared ground; None."""
+    along_, aside = (end - start) @ np.array(((math.cos(heading), -math.sin(heading)), (math.sin(heading), math.cos(heading))))
+    sweep = 2.0 * math.atan2(aside, along_)
+    if not FLAT < abs(sweep) < BENT:
+        return None
+    radius = (along_ ** 2 + aside ** 2) / (2.0 * aside)                 # positive: to the left
+    centre = np.asarray(start) + radius * np.array((-math.sin(heading), math.cos(heading)))
+    link = elements.make_arcs(np.array([start], float), end[None], centre[None], np.array([abs(radius)]), np.array([sweep]))
+    return link if inside(ground, link) and ground.swept(link, -RIM_MM, FINE_MM) else None
 
 
 def _straight(ground, a, b, clearance):

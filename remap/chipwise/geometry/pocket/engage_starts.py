@@ -21,6 +21,9 @@ POSES, GRID = 0.08, 0.17
 # A start is this far before the stock, in tool radii, unless the border turns by more.
 BACK, BACK_TURN = 0.2, 0.35
 
+# A path begins so long before it cuts, in tool radii; steps in which that place is looked for.
+BEFORE, FIRST_STEPS = 0.05, 40
+
 # Joints that turn by more than this get poses of their own, so far apart. rad
 FAN = 0.05
 
@@ -98,6 +101,14 @@ def border_poses(region, inset, rho, radius, lags=()):
     return found
 
 
+def before_cut(ground, pose, keep):
+    """The pose shortly before a path from a pose cuts."""
+    found, _ = ground.trace(pose, keep, False, FIRST_STEPS)
+    cut = np.flatnonzero(found[:, 3] > 0.0)
+    first = (int(cut[0]) if len(cut) else 0) - math.ceil(BEFORE * ground.radius / keep.step)
+    return tuple(found[first, :3].tolist()) if first >= 0 else pose
+
+
 class Grid:
     """Places within a region a share of the tool radius apart, and which are cleared."""
 
@@ -144,6 +155,20 @@ class Grid:
                         edge.append(near)
             if len(patch) * self.size ** 2 > area:
                 found.append(np.array(sorted(patch)))
+        return found
+
+    def patch_starts(self, least, area, pose):
+        """[(pose, key)] beside patches as above, which touch no border, across from where the tool is."""
+        found = []
+        for patch in self.patches(least, area):
+            near = self.beside(patch)
+            if not len(near):
+                continue
+            point = self.point[tuple(near.T)]
+            k = int(np.argmin(np.hypot(*(point - pose[:2]).T)))
+            over = self.point[tuple(patch.T)]
+            toward = over[int(np.argmin(np.hypot(*(over - point[k]).T)))] - point[k]
+            found.append(((*point[k].tolist(), math.atan2(toward[1], toward[0]) + 0.5 * math.pi), ("patch", *np.round(point[k], 1).tolist())))
         return found
 
     def deepest(self, patch):
