@@ -14,10 +14,11 @@ from support import samples
 
 pytestmark = pytest.mark.machine
 
-SELECTOR = '/usr/lib/tcltk/linuxcnc/bin/pickconfig.tcl'
+IN_PLACE = os.environ.get('EMC2_HOME')           # the folder of a LinuxCNC that is run in place
+SELECTOR = f'{IN_PLACE}/tcl/bin/pickconfig.tcl' if IN_PLACE else '/usr/lib/tcltk/linuxcnc/bin/pickconfig.tcl'
 FOLDERS = {
     'new-config': ('chipwise new-config', 'linuxcnc/configs/chipwise'),
-    'selector': ('HALLIB_DIR=/usr/share/linuxcnc/hallib tclsh pick_config.tcl ' + SELECTOR + ' /usr/share/linuxcnc/aux_examples/chipwise/mill.ini '
+    'selector': ('HALLIB_DIR=$(linuxcnc_var HALLIB_DIR) tclsh pick_config.tcl ' + SELECTOR + ' /usr/share/linuxcnc/aux_examples/chipwise/mill.ini '
                  '"$HOME/picked/configs" /usr/share/linuxcnc/ncfiles', 'picked/configs/chipwise')}
 # a sub of the pattern library is found, the stock is followed and saved, and a work offset is set
 PROGRAM = 'G21 G90 G64 P0.01\nT2 M6\nM250 P0 Q0 R-10 I60 J40 K10\nF900\nG0 X10 Y10 Z2\nG10 L2 P2 X5 Y6 Z7\nM251 P1 Q6\nG75 Q901\nM252\nM253 P1\nM2\n'

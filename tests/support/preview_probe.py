@@ -81,8 +81,10 @@ class Recorder:
     def message(self, text):
         self.note("message", text)
 
-    def change_tool(self, pocket):
-        self.loaded = self.tools.get(pocket, (0, 0.0))
+    def change_tool(self, word):
+        """Of its index in the table, or in LinuxCNC 2.10 of its number."""
+        by_number = hasattr(ctypes.CDLL(gcode.__file__), "_Z11CHANGE_TOOLv")
+        self.loaded = next((tool for index, tool in self.tools.items() if word == (tool[0] if by_number else index)), (0, 0.0))
 
     def get_tool(self, pocket):
         number, diameter, *offset = self.loaded if pocket == 0 else self.tools.get(pocket, (-1, 0.0))

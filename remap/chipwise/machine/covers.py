@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What a command in the sandbox sees instead of the system's files, by mounting something else over them.
 
-Called by sandbox.py inside the namespaces, and by unisolated.py, which only copies.
+Called by sandbox.py inside the namespaces, by unisolated.py, which only copies, and by kinematics.py, which asks for the module directory.
 """
 
 import glob
@@ -64,7 +64,7 @@ def cover_installed(destdir, scratch):
     A folder `chipwise` is shown as it is in DESTDIR: mixed with that of an installed chipwise its modules would be found in two places."""
     for number, (folder, folders, names) in enumerate(os.walk(os.path.abspath(destdir))):
         place = os.path.join('/', os.path.relpath(folder, destdir))
-        new = names + [name for name in folders if name == 'chipwise' or not os.path.isdir(os.path.join(place, name))]
+        new = names + [name for name in folders if own_folder(os.path.join(place, name)) or not os.path.isdir(os.path.join(place, name))]
         folders[:] = [name for name in folders if name not in new]
         if not new:
             continue
@@ -77,6 +77,11 @@ def cover_installed(destdir, scratch):
         for name in new:
             os.symlink(os.path.join(os.path.abspath(folder), name), os.path.join(merged, name))
         mount(merged, place, None, MS_BIND)
+
+
+def own_folder(path):
+    """Whether a folder is chipwise's own, and none above LinuxCNC, as that of somebody who builds both in it."""
+    return os.path.basename(path) == 'chipwise' and not os.path.realpath(shutil.which('linuxcnc') or '').startswith(os.path.realpath(path) + '/')
 
 
 def cover_script(scratch, home):
@@ -101,13 +106,20 @@ def own_script(folder, home):
     return script, copy
 
 
+def nml_lists():
+    """LinuxCNC's lists of shared buffers: where a package has them, and beside the script of a LinuxCNC that is run in place."""
+    script = os.path.realpath(shutil.which('linuxcnc') or '/')
+    in_place = os.path.join(os.path.dirname(os.path.dirname(script)), 'configs/common/*.nml')
+    return [path for places in ('/usr/share/linuxcnc/*.nml', in_place) for path in sorted(glob.glob(places))]
+
+
 def cover_nml(scratch):
     """Cover LinuxCNC's lists of shared buffers: with a fast clock its processes come to a buffer so often that a busy computer
     exceeds the second that one waits for another ("SHMEM: Can't take semaphore").  Here they wait NML_PATIENCE_S."""
-    for path in glob.glob('/usr/share/linuxcnc/*.nml'):
+    for number, path in enumerate(nml_lists()):
         with open(path, errors='surrogateescape') as handle:
             lines = [patient(line) for line in handle]
-        copy = os.path.join(scratch, os.path.basename(path))
+        copy = os.path.join(scratch, 'list%d.nml' % number)
         with open(copy, 'w', errors='surrogateescape') as handle:
             handle.writelines(lines)
         mount(copy, path, None, MS_BIND)

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from chipwise.errors import CycleError, braceless
+from chipwise.machine.covers import module_directory
 
 POSE, JOINTS = 9, 16        # X Y Z A B C U V W; EMCMOT_MAX_JOINTS
 FOLDERS = ("/usr/lib/linuxcnc/modules", "/usr/local/lib/linuxcnc/modules")
@@ -68,7 +69,7 @@ def host_path():
 @lru_cache(maxsize=None)
 def _loaded(name):
     """(host, module), once for a process."""
-    folders = [folder for folder in (os.environ.get("HAL_RTMOD_DIR"), *FOLDERS) if folder]
+    folders = [folder for folder in dict.fromkeys((os.environ.get("HAL_RTMOD_DIR"), module_directory(), *FOLDERS)) if folder]
     path = next((os.path.join(folder, name + ".so") for folder in folders if os.path.isfile(os.path.join(folder, name + ".so"))), None)
     if path is None:
         raise CycleError(f"there is no kinematics module {braceless(name)} in {braceless(', '.join(folders))}", "correct [KINS]KINEMATICS")

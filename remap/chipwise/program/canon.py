@@ -171,11 +171,18 @@ NO_TOOL = (-1,) + (0.0,) * 12 + (0,)
 MAX_POCKETS = 1001      # CANON_POCKETS_MAX of LinuxCNC
 
 
+def calls_by_number() -> bool:
+    """Whether gcode calls change_tool() with the tool's number, as 2.10 does; 2.9 has its index in the table.  What differs in gcode is that
+    CHANGE_TOOL() of 2.10 has no index."""
+    return hasattr(ctypes.CDLL(gcode.__file__), "_Z11CHANGE_TOOLv")
+
+
 class ToolTable:
     """LinuxCNC's own reader of tool tables; the table is ~/.tool.mmap of a HOME of this process's own."""
 
     def __init__(self, path, random):
         self._lib = None
+        self._random, self._by_number = random, calls_by_number()
         try:
             lib = make_tool_table(random)
             named_function(lib, "tooldata_init", "_Z13tooldata_initb")(bool(random))
@@ -200,3 +207,10 @@ class ToolTable:
     def of_number(self, number):
         """entry() of the tool of that number; 0: no tool."""
         return next((tool for tool in map(self.entry, range(1, MAX_POCKETS)) if tool[0] == number), NO_TOOL) if number else NO_TOOL
+
+    def called(self, word):
+        """entry() of the tool that is loaded by change_tool(word)."""
+        if self._by_number:
+            spindle = self.entry(0) if self._random else NO_TOOL
+            return spindle if word and spindle[0] == word else self.of_number(word)
+        return self.entry(word) if word > 0 or self._random else NO_TOOL

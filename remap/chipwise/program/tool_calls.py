@@ -2,14 +2,14 @@
 """What LinuxCNC's interpreter calls about tools, as TOOL and LENGTH records.  Called by reader_runner.py, whose Canon has the job, the tool table and _event()."""
 
 from chipwise.program.records import LENGTH, TOOL
-from chipwise.program.canon import INCH, NO_TOOL
+from chipwise.program.canon import INCH
 
 
 class ToolCalls:
     """Part of a Canon: job, exact, tools (ToolTable), spindle (the numbers of get_tool() of the tool in it)."""
 
-    def change_tool(self, index):
-        self.spindle = self.tools.entry(index) if index > 0 or self.job["random"] else NO_TOOL
+    def change_tool(self, word):
+        self.spindle = self.tools.called(word)
         self._tool_event()
 
     def _tool_event(self, number=None):
@@ -21,8 +21,8 @@ class ToolCalls:
         if self.job["judged"] and not self.exact:
             self._event(LENGTH, *(value * INCH for value in offsets[:3]))
 
-    def change_tool_number(self, index):
-        self.change_tool(index)
+    def change_tool_number(self, word):
+        self.change_tool(word)
 
     def get_tool(self, index):
         return self.spindle if index == 0 else self.tools.entry(index)
