@@ -25,6 +25,8 @@ from support import panel_browser, panel_rig  # noqa: E402
 ENTERED = "179,-6,,2"     # of G79
 TARGET = 6000.0         # mm3/min
 STEP = 0.417            # mm in a look
+CEILING = 20.0          # mm/s, the velocity that M251 asks for; the override is a share of it
+SHARE = TARGET / 60.0 / 24.0 / CEILING      # at a rate of TARGET in a section of 24 mm2
 FEED_PER_TOOTH, WATTS = 0.026, 0.015       # mm at a rate of TARGET; W for each mm3/min
 IDLE, MEASURED = 40.0, 1.08     # W of the spindle in air; measured over predicted power of the cut
 # Of TARGET: target and rate of each pass, and what limits it: stock ahead; the lower bound, which is above the target; stock here.
@@ -55,16 +57,28 @@ o100 endsub
 """
 
 
+def sums(values, seconds):
+    """Of the run: as volumetric_feed adds them up."""
+    cuts = values["mrr"] > 0.0
+    values["run_time"] += seconds
+    values["fed_time"] += seconds
+    values["saved_time"] += seconds * (values["current_vel"] / values["programmed_vel"] - 1.0)
+    values["cut_time"] += seconds * cuts
+    values["air_time"] += seconds * (not cuts)
+    values["peak_rate"] = max(values["peak_rate"], values["mrr"])
+    values["mean_rate"] = values["removed"] / max(values["cut_time"], LOOK_S) * 60.0
+
+
 def cut(rig, program):
     """A slot in two depths along SLOT, a look each STEP."""
     values = rig.machine.values
-    values.update(mode=2.0, motion_type=2.0, target=TARGET, limited_by=1.0, override=0.21, tool=1.0, tool_flute_length=20.0,
+    values.update(mode=2.0, motion_type=2.0, target=TARGET, limited_by=1.0, override=SHARE, tool=1.0, tool_flute_length=20.0,
                   max_chip=0.05, max_power=250.0, spindle_load_scale=1.0, load_idle=IDLE, load_factor=MEASURED, load_ratio=MEASURED,
-                  area=24.0, area_ahead=24.0, depth=4.0, requested_vel=20.0, programmed_vel=3.0, current_vel=STEP / LOOK_S)
+                  area=24.0, area_ahead=24.0, depth=4.0, requested_vel=CEILING, programmed_vel=10.0)
     rig.machine.tasks.update(program=program, running=True)
     at = (*SLOT[0], -4.0)
     for number, (corner, (share, rate, limit)) in enumerate(zip(SLOT[1:], PASSES)):
-        values.update(line=7.0 + number, target=share * TARGET, limited_by=limit, override=0.21 * rate)
+        values.update(line=7.0 + number, target=share * TARGET, limited_by=limit, override=SHARE * rate, current_vel=CEILING * SHARE * rate)
         count = math.ceil(math.dist(at[:2], corner) / STEP)
         start = at
         for k in range(1, count + 1):
@@ -74,6 +88,7 @@ def cut(rig, program):
             values["chip"], values["power"] = FEED_PER_TOOTH * rate * (values["mrr"] > 0.0), values["mrr"] * WATTS
             values["spindle_load"] = IDLE + values["power"] * MEASURED
             values["removed"] += values["mrr"] / 60 * LOOK_S
+            sums(values, LOOK_S)
             at = there
             rig.look()
 
@@ -84,7 +99,9 @@ def goes_on(rig, look, end):
         before = time.monotonic()
         look()
         time.sleep(LOOK_S)
-        rig.machine.values["removed"] += rig.machine.values["mrr"] / 60 * (time.monotonic() - before)
+        passed = time.monotonic() - before
+        rig.machine.values["removed"] += rig.machine.values["mrr"] / 60 * passed
+        sums(rig.machine.values, passed)
 
 
 class Mdi:
