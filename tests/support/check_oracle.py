@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""An oracle for the offline sweep, written apart: fine needles on a grid of their own, moves in tiny steps, numpy only.
+"""An oracle for the offline sweep, written apart: fine needles on a grid of their own, moves in tiny steps; the loops over needles are in
+check_oracle.c, which shares nothing with the product.
 
 Depth of a move: how far the highest needle that the tool meets, made smaller by `skin` all over, reaches above its tip.
 
@@ -7,8 +8,14 @@ A step across the axis that is not longer than the skin (steep moves, moves of m
 smaller tool comes to it.  There the smaller tool cuts what it meets, and the whole one follows LAG behind.
 """
 
+import ctypes as C
+from functools import lru_cache
+
 import numpy as np
 
+from support import ROOT
+
+LIBRARY = ROOT / "build" / "tests" / "support" / "check_oracle.so"
 STEP = 0.03         # mm in XY
 STEP_Z = 0.02       # mm
 LAG = 0.05          # mm in XY, more than any skin
@@ -28,11 +35,40 @@ def profile(tool, r):
     return corner - np.sqrt(np.maximum(corner ** 2 - over ** 2, 0))
 
 
-def _smaller(tool, x, y, z, skin):
-    """(tool, x, y, z): a tool that is smaller by a skin all over, and where its tip is."""
+class Grid(C.Structure):
+    """struct needles of check_oracle.c."""
+    _fields_ = [("low", C.c_double * 3), ("spacing", C.c_double), ("x", C.c_void_p), ("y", C.c_void_p), ("columns", C.c_long), ("rows", C.c_long)]
+
+
+class Edge(C.Structure):
+    """struct edge of check_oracle.c."""
+    _fields_ = [(name, C.c_double) for name in ("radius", "corner", "touch", "foot", "tangent")]
+
+
+@lru_cache(maxsize=None)
+def library():
+    found, d, p = C.CDLL(str(LIBRARY)), C.c_double, C.c_void_p
+    found.needles_cut.argtypes, found.needles_cut.restype = [p, p, p, d, d, d], None
+    found.needles_meet.argtypes, found.needles_meet.restype = [p, p, p, d, d, d, d, d], d
+    found.needles_move.argtypes, found.needles_move.restype = [p, p, p, p, p, C.c_long, C.c_long, p, p, p, p], None
+    return found
+
+
+@lru_cache(maxsize=None)
+def edge_of(tool):
+    """profile() of a tool, as the C file has it."""
+    diameter, corner, tip = tool
+    if not tip:
+        return Edge(diameter / 2, corner, -1.0, 0.0, 1.0)
+    half = np.radians(tip / 2)
+    return Edge(diameter / 2, corner, corner * np.cos(half), corner * (1 - np.sin(half)), np.tan(half))
+
+
+def _smaller(tool, skin):
+    """(tool, mm that its tip is higher): a tool that is smaller by a skin all over."""
     diameter, corner, tip = tool
     lift = skin / np.sin(np.radians(tip / 2)) if tip and not corner else skin
-    return (diameter - 2 * skin, max(corner - skin, 0.0), tip), x, y, z + lift
+    return (diameter - 2 * skin, max(corner - skin, 0.0), tip), float(lift)
 
 
 class Needles:
@@ -43,20 +79,17 @@ class Needles:
         x, y = (np.arange(low[k] + 0.37 * spacing, high[k], spacing) for k in (0, 1))
         self.x, self.y = np.meshgrid(x, y)
         self.z = np.full(self.x.shape, float(high[2]))
+        self._places = x, y             # the grid has their addresses
+        self._grid = Grid(tuple(map(float, low)), spacing, x.ctypes.data, y.ctypes.data, len(x), len(y))
         self.seen = {}          # by skin: heights as the smaller tool finds them, and steps that the whole tool has still to follow
 
     def volume(self):
         """mm3 left."""
         return (self.z - self.low[2]).sum() * self.spacing ** 2
 
-    def _window(self, x, y, radius):
-        """Slices of the needles near a place."""
-        first = [int(np.clip((v - radius - self.low[k]) / self.spacing - 2, 0, None)) for k, v in enumerate((x, y))]
-        last = [int(np.clip((v + radius - self.low[k]) / self.spacing + 2, 0, None)) for k, v in enumerate((x, y))]
-        return slice(first[1], last[1]), slice(first[0], last[0])
-
     def move(self, tool, start, end, skin):
         """Cut a straight move; -> its depth for each of the skins (mm)."""
+        tool = tuple(map(float, tool))
         start, end = np.asarray(start, float), np.asarray(end, float)
         flat = np.hypot(*(end - start)[:2])
         count = int(max(np.ceil(flat / STEP), np.ceil(abs(end[2] - start[2]) / STEP_Z), 1))
@@ -65,23 +98,35 @@ class Needles:
                 self.seen.pop(s, None)
             else:
                 self.seen.setdefault(s, (self.z.copy(), []))
+        return self._steps(tool, start, end - start, count, skin) if self.seen else self._whole(tool, start, end - start, count, skin)
+
+    def _whole(self, tool, start, travel, count, skin):
+        """All steps at once; no tool follows behind."""
+        smaller, lifts = zip(*(_smaller(tool, s) for s in skin)) if skin else ((), ())
+        depth, many = np.zeros(len(skin)), C.c_double * len(skin)
+        start, travel = (np.ascontiguousarray(v) for v in (start, travel))
+        library().needles_move(C.byref(self._grid), self._heights(self.z), C.byref(edge_of(tool)), start.ctypes.data, travel.ctypes.data, count, len(skin),
+                               (Edge * len(skin))(*map(edge_of, smaller)), many(*lifts), many(*skin), depth.ctypes.data)
+        return depth.tolist()
+
+    def _steps(self, tool, start, travel, count, skin):
+        flat = np.hypot(*travel[:2])
         depth = [0.0] * len(skin)
         for k in range(1, count + 1):
-            x, y, z = start + (end - start) * k / count
+            place = (start + travel * k / count).tolist()
             for i, s in enumerate(skin):
                 heights, waiting = self.seen.get(s, (self.z, None))
-                near = self._window(x, y, tool[0] / 2)
-                r = np.hypot(self.x[near] - x, self.y[near] - y)
-                depth[i] = max(depth[i], self._meets(tool, r, heights[near], z, s))
+                depth[i] = max(depth[i], self._meets(tool, heights, place, s))
                 if waiting is not None:
-                    self._follow(tool, (x, y, z), flat / count, s)
-            self._cut(self.z, tool, x, y, z)
+                    self._follow(tool, place, flat / count, s)
+            self._cut(self.z, tool, *place)
         return depth
 
     def _follow(self, tool, place, advance, skin):
         """A step of the smaller tool, and those of the whole one that are due LAG behind."""
         heights, waiting = self.seen[skin]
-        self._cut(heights, *_smaller(tool, *place, skin))
+        smaller, lift = _smaller(tool, skin)
+        self._cut(heights, smaller, *place[:2], place[2] + lift)
         waiting.append([0.0, tool, place])
         for step in waiting:
             step[0] += advance
@@ -89,15 +134,13 @@ class Needles:
             _, whole, behind = waiting.pop(0)
             self._cut(heights, whole, *behind)
 
-    def _cut(self, heights, tool, x, y, z):
-        near, radius = self._window(x, y, tool[0] / 2), tool[0] / 2
-        r, own = np.hypot(self.x[near] - x, self.y[near] - y), heights[near]
-        inside = r <= radius
-        floor = np.maximum(z + profile(tool, np.minimum(r, radius)), self.low[2])
-        own[inside] = np.minimum(own, floor)[inside]
+    def _heights(self, heights):
+        assert heights.shape == self.x.shape and heights.dtype == float and heights.flags.c_contiguous
+        return heights.ctypes.data
 
-    def _meets(self, tool, r, heights, z, skin):
-        smaller, _, _, lifted = _smaller(tool, 0.0, 0.0, z, skin)
-        edge = lifted + profile(smaller, np.minimum(r, smaller[0] / 2))
-        met = (r < smaller[0] / 2) & (heights > np.maximum(edge, self.low[2] + skin))
-        return float(heights[met].max() - z) if met.any() else 0.0
+    def _cut(self, heights, tool, x, y, z):
+        library().needles_cut(C.byref(self._grid), self._heights(heights), C.byref(edge_of(tool)), x, y, z)
+
+    def _meets(self, tool, heights, place, skin):
+        smaller, lift = _smaller(tool, skin)
+        return library().needles_meet(C.byref(self._grid), self._heights(heights), C.byref(edge_of(smaller)), *place, place[2] + lift, skin)

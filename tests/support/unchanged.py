@@ -102,6 +102,12 @@ def includes(path):
     return tuple(found for found in beside if found.is_file())
 
 
+def beside(path):
+    """The C file that a Python file of tests/support calls: of the same name (the oracles)."""
+    found = path.with_suffix('.c')
+    return (found,) if path.parent == ROOT / 'tests/support' and found.is_file() else ()
+
+
 def closure(paths):
     """Paths, and all that the Python files among them import and the C files include, in order."""
     found, waiting = set(), list(paths)
@@ -109,7 +115,7 @@ def closure(paths):
         path = waiting.pop()
         if path not in found and path not in NO_INPUT:
             found.add(path)
-            waiting += imports(path) if path.suffix == '.py' else includes(path) if path.suffix in ('.c', '.h') else ()
+            waiting += (*imports(path), *beside(path)) if path.suffix == '.py' else includes(path) if path.suffix in ('.c', '.h') else ()
     return sorted(found)
 
 
