@@ -21,7 +21,7 @@ class Order:
     memory_mb   how much memory the plan may take
     report      whether somebody wants the report
     targets     whether somebody wants the contour
-    clamps      cycles.obstacles.Obstacles in force, None without
+    clamps      ClampsAsked: where the planner finds the clamps, None: the cycle knows none
     axes        letters of the machine's axes, of X Y Z A B C
     """
 
@@ -35,8 +35,36 @@ class Order:
     job: Any = None
     report: bool = False
     targets: bool = False
-    clamps: Any = None
+    clamps: Optional["ClampsAsked"] = None
     axes: str = AXES
+
+
+@dataclass(frozen=True)
+class ClampsAsked:
+    """Where the planner finds the clamps that a cycle keeps clear of (planner/program_clamps.py).
+
+    set_up      number of M256, 0: none; file: path of the set-ups
+    program     path of the program that runs, "" without one; line: the one that is executed; since: the one of its last M256, 0: none
+    ini, jobs   path of the INI file, folder of the job files
+    now         (units, coordinate system, fields of a program.records.Frame) in force
+    systems     fields of a Frame for each of the nine coordinate systems, as LinuxCNC's table has them
+    clearance   mm; limits: as in cycles.obstacles.Obstacles
+    diameter    mm, of the tool, 0: not known; geometry: path of [CHIPWISE]TOOL_GEOMETRY, number of the tool
+    """
+
+    set_up: int
+    file: str
+    program: str
+    line: int
+    since: int
+    ini: str
+    jobs: str
+    now: tuple
+    systems: tuple
+    clearance: float
+    diameter: float
+    geometry: tuple
+    limits: Any = None
 
 
 @dataclass(frozen=True)

@@ -139,12 +139,3 @@ def test_why_they_are_not_in_force(scene, why, reply, wanted):
     clamps.reading.answer = {"why": why, "clamps": FOUND}
     look()
     assert wanted in said[0] and clamps.has_read(status.file)
-
-
-def test_the_word_is_found_across_parts(tmp_path, monkeypatch):
-    monkeypatch.setattr(module, "PART", 16)
-    path = tmp_path / "part.ngc"
-    path.write_text("(" + "x" * 13 + "Clamp")
-    assert module.has_word(str(path)) and not module.has_word(str(tmp_path / "none"))
-    path.write_text("(clam)\np\n" * 9)
-    assert not module.has_word(str(path))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""CLAMP comments of a program.  Called by program/clamp_comments.py.
+"""CLAMP comments of a program.  Called by program/clamp_comments.py, program/clamp_places.py and planner/program_clamps.py.
 
     (CLAMP,BOX,XMIN=..,YMIN=..,ZMIN=..,XMAX=..,YMAX=..,ZMAX=..)
     (CLAMP,CYLINDER,X=..,Y=..,ZMIN=..,ZMAX=..,DIAMETER=..)
@@ -33,19 +33,31 @@ def _is_meant(rest):
 
 def lost(program):
     """(line, what is wrong) of the first CLAMP comment in the bytes of a program that LinuxCNC does not execute, or None."""
-    for found in _COMMENT.finditer(program):
-        if not _is_meant(found.group(1).decode("utf-8", "replace")):
-            continue
-        begin = program.rfind(b"\n", 0, found.start()) + 1
-        before, behind = program[begin:found.start()], found.group(2)
-        if b";" in before or before.count(b"(") > before.count(b")"):
-            continue                                    # in a remark
-        line = program.count(b"\n", 0, begin) + 1
+    for line, _inside, before, behind in _meant(program):
         if b"(" in behind or b";" in behind:
             return line, "another comment is behind the CLAMP comment, and LinuxCNC executes only the last of a line"
         if _O_LINE.match(before):
             return line, "the CLAMP comment is on an O line, where LinuxCNC executes none"
     return None
+
+
+def of_program(program):
+    """[(line, what inside() finds)] of the bytes of a program without a lost() one."""
+    return [(line, inside.decode("utf-8", "replace")) for line, inside, _before, _behind in _meant(program)]
+
+
+def _meant(program):
+    """(line, what is behind the name, before and behind the comment on its line) of each CLAMP comment that is one."""
+    line = counted = 0
+    for found in _COMMENT.finditer(program):
+        if not _is_meant(found.group(1).decode("utf-8", "replace")):
+            continue
+        begin = program.rfind(b"\n", 0, found.start()) + 1
+        before = program[begin:found.start()]
+        if b";" in before or before.count(b"(") > before.count(b")"):
+            continue                                    # in a remark
+        line, counted = line + program.count(b"\n", counted, begin), begin
+        yield line + 1, found.group(1), before, found.group(2)
 
 
 def read(text, unit_mm):

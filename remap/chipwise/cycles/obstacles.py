@@ -2,7 +2,7 @@
 """The moves of a planned cycle against the clamps in force: its traverses are led over or round them, and a cycle that comes too near to one all the
 same is refused before it moves.
 
-Made by glue/clamps.py; planner/plans.py asks it.  mm, work coordinates.
+Made by planner/program_clamps.py; planner/plans.py asks it.  mm, work coordinates.
 """
 
 from dataclasses import dataclass, replace

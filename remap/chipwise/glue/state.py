@@ -57,7 +57,7 @@ class State:
         return Order(cycle=cycle, code=self.code, fields=dict(fields, most_moves=self.settings["PLAN_MOVES"]), job=job,
                      unit=self.unit, unit_mm=self.unit_mm, start=self.position(),
                      memory_mb=self.settings["PLAN_MEMORY"], report=bool(self.interp.task and report.path()),
-                     targets=preview.wants_targets(), clamps=None if cycle == "turning" else clamps.obstacles(self))
+                     targets=preview.wants_targets(), clamps=None if cycle == "turning" else clamps.asked(self))
 
     # ---- modes ----------------------------------------------------------------------------------------------
 

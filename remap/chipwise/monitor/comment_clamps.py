@@ -12,30 +12,13 @@ import contextlib
 import os
 
 from chipwise.clamps.clamp import Clamp
-from chipwise.host.files import open_regular
 from chipwise.monitor.answering import Answering
 from chipwise.monitor.clamps_in_force import COMMENTS
 from chipwise.monitor.saying import Saying
 from chipwise.monitor.shadow import is_idle
-from chipwise.program import loaded, program_file
+from chipwise.program import loaded
+from chipwise.program.clamp_places import has_word
 from chipwise.stock import reasons
-
-PART = 1 << 20
-WORD = b"clamp"
-
-
-def has_word(path):
-    """Whether a file has the word CLAMP."""
-    before = b""
-    try:
-        with open_regular(path, program_file.MAX_BYTES) as file:
-            while part := file.read(PART):
-                if WORD in (before + part).lower():
-                    return True
-                before = part[-len(WORD):]
-    except (OSError, ValueError):
-        pass
-    return False
 
 
 class CommentClamps:

@@ -18,13 +18,13 @@ from chipwise.gcode_lines import DECIMALS, chunks
 from chipwise.order import Order, Outcome, Packed
 from chipwise.pattern import run as pattern_run
 from chipwise.pattern.recorded import Recorded
-from chipwise.planner import standing_stock
+from chipwise.planner import program_clamps, standing_stock
 from chipwise.turning import g26_plan as outcome
 from chipwise.turning import reach
 
 _DECIMALS = {"pattern": 9}       # what a sub has computed goes on exactly
 TARGET_SAG_MM = 0.01            # of the chords of a contour that is shown
-_CACHING = (hole, contour, contour_chop, pocket, surface, find_sub, read, reach)
+_CACHING = (hole, contour, contour_chop, pocket, surface, find_sub, read, reach, program_clamps)
 
 
 def forget() -> None:
@@ -40,10 +40,11 @@ def make(order: Order) -> Outcome:
     if order.cycle == "turning":
         return outcome.make(order)
     plan = _CYCLES[order.cycle](order)
-    if order.clamps:
+    obstacles, notes = program_clamps.in_force(order.clamps) if order.clamps else (None, [])
+    if obstacles:
         keep = order.cycle == "pattern"
-        plan = replace(plan, moves=order.clamps.clear(plan.moves, order.start, order.unit, None if keep else order.fields.get("clearance"), keep))
-    messages = tuple(CycleError(text, code=order.code, **lengths).text(order.unit) for text, lengths in plan.notes)
+        plan = replace(plan, moves=obstacles.clear(plan.moves, order.start, order.unit, None if keep else order.fields.get("clearance"), keep))
+    messages = tuple(CycleError(text, code=order.code, **lengths).text(order.unit) for text, lengths in (*notes, *plan.notes))
     report = plan.report() if order.report and plan.report else None
     return Outcome(chunks(plan.moves, order.start, order.unit_mm, _DECIMALS.get(order.cycle, DECIMALS), order.axes), messages, report,
                    targets=_targets(order) if order.targets and order.cycle in ("contour", "pocket") else ())
