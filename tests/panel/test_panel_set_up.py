@@ -78,6 +78,38 @@ def test_the_tool_is_a_corner(shop):
     assert posted(rig, "/corner", {"measured": number})[1]["corner"] == pytest.approx(AT)
 
 
+CLAMPED = SLOT.replace("T1 M6\n", "G10 L2 P1 X10 Y20 Z-5 R90\nT1 M6\n").replace("G55 ", "")
+OF_MACHINE = "[set_up.2.clamp.jaw]\nbox = [40, -12, -20, 60, -2, 8]\n"
+OWN = "\n[clamp.block]\ncylinder = [50, 5, -20, 3, 8]\n"
+
+
+def put_clamps(program, folder):
+    """Two clamps into the job file of a program: one of set-up 2 of the machine, one of its own."""
+    (folder / "clamps.toml").write_text(OF_MACHINE)
+    job = program.with_name("part.job.toml")
+    job.write_text(job.read_text().replace("[stock]", "clamps = 2\n\n[stock]") + OWN)
+    return job
+
+
+def test_its_clamps(shop, tmp_path):
+    """Named, in the coordinates of the first move; Confirm keeps them."""
+    rig, _machine, program = shop
+    program.write_text(CLAMPED)
+    found = posted(rig, "/measure", {"stock": STOCK, "material": ""})[1]
+    assert found["clamps"] == [] and posted(rig, "/confirm", {"measured": found["measured"]})[0] == 200
+    job = put_clamps(program, tmp_path / "machine")
+    found = posted(rig, "/measure", {"stock": STOCK, "material": ""})[1]
+    jaw, block = found["clamps"]
+    assert jaw["name"] == "clamp jaw of set-up 2" and block["name"] == "clamp block of the set-up of part.ngc"
+    shape, turn, middle, half = jaw["seen"]
+    assert (shape, turn % 180) == (0, 90) and [*middle, *half] == pytest.approx([-27, -40, 10, 5]) and [jaw["bottom"], jaw["top"]] == pytest.approx([-15, 13])
+    shape, _turn, middle, half = block["seen"]
+    assert shape == 1 and [*middle, *half] == pytest.approx([50, 5, 4, 4]) and [block["bottom"], block["top"]] == pytest.approx([-20, 3])
+    before = jobs.read(str(job))
+    assert posted(rig, "/confirm", {"measured": found["measured"]})[0] == 200
+    assert (jobs.read(str(job)).set_up, jobs.read(str(job)).clamps) == (2, before.clamps) and list(before.clamps) == ["block"]
+
+
 @pytest.mark.parametrize("spoil, said", [
     (lambda m, p: setattr(m, "state", replace(m.state, idle=False)), "a program or a command is under way"),
     (lambda m, p: setattr(m, "state", replace(m.state, program="/other.ngc")), "another program is loaded"),
@@ -149,6 +181,12 @@ def test_in_a_browser(shop, tmp_path):
         says("part.job.toml")
         found = jobs.read(str(job))
         assert found.low == (-1, -1, -20) and found.high == (100, 60, 0) and found.source == "option"
+        assert run("return document.getElementById('setup-clamps').textContent") == "No clamps"
+        put_clamps(program, tmp_path / "machine")
+        run("document.getElementById('setup-measure').click()")
+        panel_browser.wait(driver, "document.getElementById('setup-clamps').textContent.includes('clamp block of the set-up of part.ngc')", "the clamps")
+        drawn = run("return Array.from(document.querySelectorAll('#setup-picture polygon')).map((p) => [p.getBBox().width, p.getBBox().height])")
+        assert [size for pair in drawn for size in pair] == pytest.approx([20, 10, 8, 8, 20, 28, 8, 23], abs=0.01)     # jaw and block from above, then from the front
         assert [one["message"] for one in driver.get_log("browser") if one["level"] == "SEVERE" and "403" not in one["message"]] == []
         small = run("return Array.from(document.querySelectorAll('#setup button')).filter((b) => b.offsetHeight < 34 || b.offsetWidth < 34).map((b) => b.id)")
         assert small == [] and run("return document.documentElement.scrollWidth <= innerWidth")

@@ -4,13 +4,15 @@ that a person has confirmed.  Called by entry_process.py, in a process of its ow
 
     {"do": "measure", "ini", "stock": [x0, y0, z0, x1, y1, z1] mm or null, "material"}
         -> {"program", "path_of_program", "stock", "source", "tools", "notes", "findings", "own_m251", "dwell_s", "path": [[x, y, z, traverse], ..], "confirmed", "job",
-            "frame"}                                stock, path: mm, work coordinates of the first move; job: the text that "confirm" wants
+            "frame", "clamps": [{"name", "seen": [shape, turn in degrees, [x, y], [half x, half y]], "bottom", "top"}]}
+                                                    stock, path, clamps: mm, work coordinates of the first move; job: the text that "confirm" wants
     {"do": "corner", "frame"}                       frame: of the last measure, or null; -> {"corner": [x, y, z]}
     {"do": "confirm", "ini", "program", "job"}      -> {"file"}
 
 It is what `chipwise setup` does: setup/measure.py, setup/confirmed.py.
 """
 
+import math
 import os
 
 from chipwise.check.findings import grouped_notes
@@ -58,7 +60,15 @@ def measure(order, machine):
             "tools": [tool.json() | ({"time_with_s": tool.time_air_s} if air else {}) for tool in found.tools],
             "notes": [printable(text) for text in grouped_notes(found.result.notes)] + ["feeds above the stock are as fast as the axes (SETUP_AIR)"] * air, "findings": found.result.findings.count, "own_m251": found.has_own_rate,
             "dwell_s": found.result.dwell_s, "path": _drawn(found), "confirmed": before == jobs.as_written(job), "job": jobs.text_of(job),
-            "frame": [found.frame.turn, list(found.frame.offset), list(found.frame.g92)]}
+            "frame": [found.frame.turn, list(found.frame.offset), list(found.frame.g92)],
+            "clamps": [_seen(clamp, found.frame) for clamp in job.obstacles(settings.path("CLAMPS"), found.frame)]}
+
+
+def _seen(clamp, frame):
+    """A Clamp of the machine, in work coordinates."""
+    here = clamp.seen_from(frame.to_machine((0.0, 0.0, 0.0)), math.degrees(frame.turn))
+    half = [(b - a) / 2 for a, b in zip(here.low[:2], here.high[:2])]
+    return {"name": printable(clamp.name), "seen": [here.shape, here.turn, [float(value) for value in here.middle], half], "bottom": float(here.bottom), "top": float(here.top)}
 
 
 def _drawn(found):

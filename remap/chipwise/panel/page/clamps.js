@@ -28,6 +28,8 @@
         return [[a, b], [-a, b], [-a, -b], [a, -b]].map(([u, v]) => [x + u * c - v * s, y + u * s + v * c]);
     }
 
+    window.chipwise.outline = outline;
+
     // A clamp goes down as far as the table: it is drawn to the bottom of the stock, or a little below its top.
     function draw() {
         const gl = view.gl, map = view.map, ink = view.colours.clamp;

@@ -79,6 +79,8 @@
     function picture(stock) {
         const path = found ? found.path : [], every = path.map((p) => p.slice(0, 3));
         if (stock) every.push(stock.slice(0, 3), stock.slice(3));
+        const clamps = found && every.length ? sides(found.clamps, every.reduce((a, p) => Math.min(a, p[2]), Infinity)) : [];
+        every.push(...clamps.flat(2));
         const svg = $('setup-picture');
         svg.replaceChildren();
         if (!every.length) return;
@@ -86,7 +88,8 @@
         const wide = Math.max(high[0] - low[0], 1e-3), gap = GAP * Math.max(wide, high[1] - low[1]), deep = high[1] - low[1] + gap;
         svg.setAttribute('viewBox', `${low[0] - gap} ${-gap} ${wide + 2 * gap} ${deep + high[2] - low[2] + 2 * gap}`);
         const views = [(p) => [p[0], high[1] - p[1]], (p) => [p[0], deep + high[2] - p[2]]];
-        for (const view of views) {
+        views.forEach((view, k) => {
+            for (const both of clamps) svg.append(polygon(both[k].map(view)));
             if (stock) svg.append(rectangle(view(stock.slice(0, 3)), view(stock.slice(3))));
             for (const piece of pieces(path)) {
                 const line = document.createElementNS(SVG, 'polyline');
@@ -94,7 +97,22 @@
                 if (piece.rapid) line.setAttribute('class', 'rapid');
                 svg.append(line);
             }
-        }
+        });
+    }
+
+    // Of each clamp its outlines, from above and from the front; it is drawn down to the bottom of what there is, or to its own.
+    function sides(clamps, lowest) {
+        return clamps.map((one) => {
+            const ring = window.chipwise.outline(one.seen), x = ring.map((p) => p[0]), a = Math.min(...x), b = Math.max(...x), y = one.seen[2][1];
+            const bottom = Math.min(one.top, Math.max(one.bottom, lowest));
+            return [ring.map(([u, v]) => [u, v, one.top]), [[a, y, bottom], [b, y, bottom], [b, y, one.top], [a, y, one.top]]];
+        });
+    }
+
+    function polygon(points) {
+        const made = document.createElementNS(SVG, 'polygon');
+        made.setAttribute('points', points.map((p) => p.map((v) => v.toFixed(3)).join()).join(' '));
+        return made;
     }
 
     function rectangle(a, b) {
@@ -132,6 +150,7 @@
         put('setup-program', found.program);
         picture(found.stock);
         fill($('setup-rows'), found.tools.map(row));
+        put('setup-clamps', found.clamps.length ? `${t('Clamps')}: ${found.clamps.map((one) => one.name).join('; ')}` : t('No clamps'));
         put('setup-notes', found.notes.concat(found.own_m251 ? [t('The program has M251 of its own, which wins')] : []).join('; '));
         rights();
         says(found.confirmed ? t('It is confirmed as it is') : token() ? t('Look at it, then confirm') : t('Read-only: enter the token to confirm'));
