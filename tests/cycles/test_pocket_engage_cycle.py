@@ -13,6 +13,7 @@ from support.pocket_requests import faults, request, walked
 
 from chipwise.cycles import pocket as cycle
 from chipwise.cycles import pocket_engage
+from chipwise.geometry.pocket import engage_proof
 
 NOMINAL = math.acos(1.0 - 2.4 / 3.0)
 
@@ -87,6 +88,15 @@ def test_a_narrow_slot_is_named_and_cut_at_less_feed():
     slots = [e for e in walked(one) if e.kind != "rapid" and e.a[2] == e.b[2] == one.bottom and math.dist(e.a[:2], e.b[:2]) > 2.0]
     slowest = min(m.feed for m in plan.moves if getattr(m, "feed", None) and m.z is None)
     assert slots and slowest == pytest.approx(one.feed * 2.4 / 6.0, rel=0.01)
+
+
+@pytest.mark.parametrize("loop", [rectangle(0, 0, 30, 6.2), rectangle(0, 0, 30, 7.0)])
+def test_the_full_width_is_named_with_its_millimetres(loop):
+    """As the judge reads it; nothing is said of a slot in which the tool keeps off it."""
+    one = asked((loop,))
+    told = [lengths for text, lengths in cycle.pocket_plan(one).notes if text.startswith("the tool cuts its full width over {mm} in 1 place, the longest over {most} from")]
+    found = engagement_judge.engagement(walked(one), one.bottom, 3.0, 0.1).length(engage_proof.FULL)
+    assert sum(lengths["mm"] for lengths in told) == pytest.approx(found, abs=0.2) and len(told) == (found > 0.0) and found in (0.0, pytest.approx(18.0, abs=0.2))
 
 
 @pytest.mark.parametrize("width, entry", [(6.2, "ramp"), (6.0004, "plunge")])

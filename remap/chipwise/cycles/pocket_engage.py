@@ -69,12 +69,13 @@ def flipped(chain):
 
 @dataclass(frozen=True)
 class Level:
-    """z; segments, none where nothing stands; over: places with more engagement (engage_proof.Proof); left: share that stands before the first path, of
+    """z; segments, none where nothing stands; over, full: places with more engagement, and with all of it (engage_proof.Proof); left: share that stands before the first path, of
     what the tool reaches."""
 
     z: float
     segments: tuple
     over: tuple
+    full: tuple
     left: float = 1.0
 
 
@@ -86,13 +87,13 @@ def levels(region, request):
         key = cleared.start.tobytes() + cleared.end.tobytes() if cleared else b""
         if key not in known:
             left = engage_proof.left_mm2(region, r.tool_radius, cleared) / engage_proof.left_mm2(region, r.tool_radius) if cleared else 1.0
-            known[key] = (*_segments(region, r, cleared if cleared else None), left) if left > 0.0 else ((), (), 0.0)
+            known[key] = (*_segments(region, r, cleared if cleared else None), left) if left > 0.0 else ((), (), (), 0.0)
         found.append(Level(z, *known[key]))
     return tuple(found)
 
 
 def _segments(region, request, cleared):
-    """Segments of one level, and places with more engagement."""
+    """Segments of one level, and places with more engagement and with all of it."""
     r = request
     angle = math.acos(1.0 - r.step / r.tool_radius)
     segments = engage.planned(region, r.tool_radius, r.step, r.feed / 60.0, r.traverse_clearance, cleared, 0.0 if cleared is None else r.stock.cell)
@@ -103,7 +104,7 @@ def _segments(region, request, cleared):
         what, (x, y) = found
         raise CycleError(f"P4 found no path that keeps the engagement everywhere: it {what} at X{{x}} Y{{y}}", OTHER,
                          left=Area(proof.left_mm2), x=side * x, y=y)
-    return engage_proof.slowed(region, segments, proof, r.tool_radius, angle, cleared), proof.over
+    return engage_proof.slowed(region, segments, proof, r.tool_radius, angle, cleared), proof.over, proof.full
 
 
 def _fault(proof):
@@ -120,7 +121,8 @@ def _fault(proof):
 
 
 def notes(done, climb, radius):
-    """What the operator should know of the Levels of all regions: stock that was gone before, places where the engagement is above that of D."""
+    """What the operator should know of the Levels of all regions: stock that was gone before, places where the engagement is above that of D,
+    and how much of the path is a full slot."""
     over = [row for rows in dict.fromkeys(level.over for level in done) for row in rows]
     long = [row for row in over if row[2] > engage_proof.CORNER * radius]
     short = [row for row in over if row[2] <= engage_proof.CORNER * radius]
@@ -128,6 +130,12 @@ def notes(done, climb, radius):
     gone = 1.0 - sum(level.left for level in done) / len(done)
     if gone > 0.005:
         found += (Note(f"P4 starts from the stock as it stands, {100 * gone:.0f} % of the pocket is cleared already", {}),)
+    full = [row for rows in dict.fromkeys(level.full for level in done) for row in rows]
+    if full:
+        x, y, length, _ = max(full, key=lambda row: row[2])
+        count = len(full)
+        found += (Note(f"the tool cuts its full width over {{mm}} in {count} place{'s' if count > 1 else ''}, the longest over {{most}} from X{{x}} Y{{y}}",
+                       {"mm": sum(row[2] for row in full), "most": length, "x": x if climb else -x, "y": y}),)
     if long:
         x, y, length, _ = max(long, key=lambda row: row[2])
         count, most = len(long), max(row[3] for row in long)

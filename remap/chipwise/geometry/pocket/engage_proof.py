@@ -35,7 +35,7 @@ CORNER, SLOW = 1.0, math.radians(10.0)
 class Proof:
     """over: [(x, y, mm, engagement)] of places with more engagement than OVER allows; gouge, gouge_at: mm, and where; left_mm2, left_at: what is not cleared;
     rapid_at, plunge_at: (x, y) of a rapid that would meet stock, of a descent that would; or None.  load: for each segment the most engagement of
-    each of its elements, or None."""
+    each of its elements, or None.  full: as over, of full slots; none of an entry."""
 
     over: tuple
     gouge: float
@@ -45,6 +45,7 @@ class Proof:
     rapid_at: object
     plunge_at: object
     load: tuple = ()
+    full: tuple = ()
 
     @property
     def longest(self):
@@ -58,7 +59,7 @@ def prove(region, segments, radius, angle, cleared=None):
     if cleared is not None:
         ground.clear(cleared)
     over, gouge, rapid_at, plunge_at, gouge_at = [], 0.0, None, None, (0.0, 0.0)
-    load = []
+    load, full = [], []
     for segment, after in zip(segments, (*segments[1:], *segments[-1:])):
         load.append(None)
         if segment.kind == "over" and after.kind not in ENTRIES:
@@ -76,9 +77,10 @@ def prove(region, segments, radius, angle, cleared=None):
                     gouge, gouge_at = -float(depth.min()), tuple(rows[depth.argmin(), :2].tolist())
             if segment.kind not in ENTRIES:
                 over += _places(rows, angle + OVER, SPACING * radius)
+                full += _places(rows, FULL, SPACING * radius)
                 load[-1] = _most(segment.elements, rows[:, 3], SPACING * radius)
     left, place = ground.left(FINE_MM)
-    return Proof(tuple(over), gouge, gouge_at, left, tuple(place.tolist()), rapid_at, plunge_at, tuple(load))
+    return Proof(tuple(over), gouge, gouge_at, left, tuple(place.tolist()), rapid_at, plunge_at, tuple(load), tuple(full))
 
 
 def left_mm2(region, radius, cleared=None):
