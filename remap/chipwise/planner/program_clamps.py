@@ -21,8 +21,7 @@ from chipwise.cycles.obstacles import Obstacles
 from chipwise.cycles.plan import Note
 from chipwise.errors import MM_PER_INCH, CycleError, braceless, unnamed
 from chipwise.host.files import read_bytes
-from chipwise.program import find_sub
-from chipwise.program.clamp_places import has_word, name_of, places_of
+from chipwise.program.clamp_places import files_of_subs, has_word, places_of
 from chipwise.program.loaded import identity
 from chipwise.program.program_file import MAX_BYTES
 from chipwise.program.records import Frame
@@ -109,12 +108,4 @@ def _places(program, _identity, ini, of_job):
     lost = comments.lost(text)
     if lost:
         raise CycleError(f"line {lost[0]}: {lost[1]}", "give it a line of its own")
-
-    def text_of_sub(name):
-        for folder in find_sub.sub_folders(ini):
-            try:
-                return read_bytes(os.path.join(folder, name_of(name) + ".ngc"), find_sub.MAX_BYTES)
-            except (OSError, ValueError):
-                continue
-        return None
-    return places_of(text, text_of_sub)
+    return places_of(text, files_of_subs(ini))

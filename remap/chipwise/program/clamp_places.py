@@ -1,18 +1,20 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """In which units and work coordinates the CLAMP comments of a program are, from its text: for cycles, which are planned while the program runs.
 
-Called by planner/program_clamps.py; monitor/comment_clamps.py asks for the word.  A comment has those of the first move behind it (program/clamp_comments.py), and the clamps of a program's set-up
-those of its first move.  Lines outside of all subs, loops and branches are executed in their order, so their words say what is in force; what does not
+Called by planner/program_clamps.py and resume/clamps.py; monitor/comment_clamps.py asks for the word.  A comment has those of the first move behind it
+(program/clamp_comments.py), and the clamps of a program's set-up those of its first move.  Lines outside of all subs, loops and branches are executed in their order, so their words say what is in force; what does not
 follow from that is said, with the line it is for.  Departs from an interpreter: parameters by expression (#[..]=) are taken not to be work offsets.
 """
 
 import math
+import os
 import re
 from dataclasses import dataclass, field
 from typing import Optional
 
 from chipwise.clamps import comment as comments
-from chipwise.host.files import open_regular
+from chipwise.host.files import open_regular, read_bytes
+from chipwise.program import find_sub
 from chipwise.program.comments import bare
 from chipwise.program.program_file import MAX_BYTES
 
@@ -26,7 +28,7 @@ _NAMED = re.compile(rb"<[^>\n]*>")
 _G_WORD, _L_WORD = re.compile(rb"G([\d.]+|[#\[])"), re.compile(rb"L0*(\d+)(?![\d.])")
 _MOVES = re.compile(rb"[XYZABCUVW][-+.\d#\[]|G0*(?:28|30|1[23]|2[467]|7[5789])(?![\d.])")
 _UNITS = {20.0: "in", 21.0: "mm"}
-_SYSTEMS = {54.0: 1, 55.0: 2, 56.0: 3, 57.0: 4, 58.0: 5, 59.0: 6, 59.1: 7, 59.2: 8, 59.3: 9}
+SYSTEMS = {54.0: 1, 55.0: 2, 56.0: 3, 57.0: 4, 58.0: 5, 59.0: 6, 59.1: 7, 59.2: 8, 59.3: 9}
 _TABLE_ONLY = {0, 1, 10, 11}            # L words of G10 that change the tool table
 _BEGIN, _END = {b"SUB", b"IF", b"WHILE", b"DO", b"REPEAT"}, {b"ENDSUB", b"ENDIF", b"ENDWHILE", b"ENDREPEAT"}
 
@@ -80,6 +82,18 @@ def has_word(path):
     return False
 
 
+def files_of_subs(ini):
+    """The function of places_of() that finds the file of a sub as LinuxCNC does."""
+    def text_of_sub(name):
+        for folder in find_sub.sub_folders(ini):
+            try:
+                return read_bytes(os.path.join(folder, name_of(name) + ".ngc"), find_sub.MAX_BYTES)
+            except (OSError, ValueError):
+                continue
+        return None
+    return text_of_sub
+
+
 def places_of(program, text_of_sub):
     """The ClampPlaces of the bytes of a program.  text_of_sub: function of a name, the bytes of its file or None."""
     scan = _Scan(comments.of_program(program), text_of_sub)
@@ -116,8 +130,8 @@ def changes(line):
             continue
         if number in _UNITS:
             found.append((UNITS, _UNITS[number]))
-        elif number in _SYSTEMS:
-            found.append((SYSTEM, _SYSTEMS[number]))
+        elif number in SYSTEMS:
+            found.append((SYSTEM, SYSTEMS[number]))
         elif number == 52 or math.floor(number) == 92:
             found.append((OFFSET, ANY))
         elif number == 10:

@@ -19,7 +19,7 @@ from chipwise.program.reader import Unreadable
 from chipwise.errors import CycleError, unnamed
 from chipwise.host.files import open_regular, read_bytes, remove_durable, write_durable
 from chipwise.ini import section_of
-from chipwise.resume import compare, descent, place as places, split, state, stocks, text, walk
+from chipwise.resume import clamps, compare, descent, place as places, split, state, stocks, text, walk
 from chipwise.rewrite.program import read
 from chipwise.rewrite.read_back import Different
 from chipwise.rewrite.source import Lines
@@ -225,7 +225,9 @@ class Job:
         said = [*stopped.said, *self._plan(found, now, order)]
         notes = ["Read the plan before you start it: chipwise resume --plan"]
         frame = new.frames[new.frame[found.step]]
-        lines = text.head(now, frame, found.approach, slot, self._top(), notes)
+        own_clamps, left = clamps.kept(new, line, now, self.machine.ini)
+        said += left
+        lines = clamps.with_kept(text.head(now, frame, found.approach, slot, self._top(), notes), own_clamps, self._top())
         if order.broke:
             lines.insert(lines.index(f"T{now.tool} M6") if f"T{now.tool} M6" in lines else 4, f"M0 (put a new tool {now.tool} in and measure its length)")
         first = [f"{_OURS}{plain_name(self.file)} in line {cut.own_line})", *text.subs_before(new, line), *lines]

@@ -22,7 +22,7 @@ _OUTPUTS = {62: 64, 63: 65, 64: 64, 65: 65, 67: 68, 68: 68}         # the code t
 class State:
     """g: modal G codes ten times; m: modal M codes; motion: G code; feed: F, mm/min; settings: F as LinuxCNC shows it, S, P and Q of G64, in the units in force; parameters: {name: value};
     tool, prepared: numbers; length: text of G43 or G49; volume: values of a VOLUME record or None; outputs: texts; system: whether
-    a coordinate system was set; skipped: [(line, text)] of what is not run again; clamps: set-up of the last M256, 0: none, None without M256."""
+    a coordinate system was set; skipped: [(line, text)] of what is not run again; clamps: set-up of the last M256, 0: none, None without M256; clamps_line: its line."""
 
     g: list
     m: list
@@ -38,6 +38,7 @@ class State:
     system: bool = False
     skipped: list = field(default_factory=list)
     clamps: Optional[int] = None
+    clamps_line: int = 0
 
 
 class Checks:
@@ -109,6 +110,7 @@ def _codes(state, program, last):
                 outputs[letter, number] = f"M{_OUTPUTS[code]} {letter}{number}" + (f" Q{words.get('Q', 0.0):g}" if letter == "E" else "")
             elif code == 256:
                 state.clamps = int(words.get("P", 0))
+                state.clamps_line = line
             elif code in (66, 70, 71, 72, 73, 19, 253, 255) or 100 <= code < 200:
                 state.skipped.append((line, f"M{code}"))
     state.outputs = list(outputs.values())

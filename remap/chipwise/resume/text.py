@@ -23,7 +23,7 @@ from chipwise.rewrite.words import active_comments, code, words_of
 
 DIGITS = 5
 SLOW = 300.0                # mm/min, without a feed in force
-_KEPT = ("WORKPIECE", "MATERIAL", "SURFACE", "CLAMP")
+_KEPT = ("WORKPIECE", "MATERIAL", "SURFACE")
 _MOTION = {0, 1, 2, 3, *range(73, 90)}
 
 
