@@ -147,6 +147,7 @@ def test_a_feed_and_a_traverse_stop_before_a_clamp(answers):
     assert position[0] == pytest.approx(-25.0, abs=1e-4) and said == []
 
 
+AROUND = '(CLAMP,BOX,XMIN=-30,YMIN=10,ZMIN=-20,XMAX=-20,YMAX=30,ZMAX=20)\n' + HEAD + 'F2000\nG0 Z40\nG0 X-48 Y20\nG0 Z10\nG13 '
 IN_FORCE = ['until', 'stock-tracker.0.clamp-count', '>', 0.5]
 
 
@@ -166,6 +167,19 @@ def test_a_feed_and_a_traverse_stop_before_the_clamp_of_a_comment(answers):
         said = [text for text in said if 'move stopped' in text]
         assert len(said) == 1, said
         assert re.match(rf'chipwise: move stopped [\d.]+ mm before the tool or its shank comes too near to the clamp of line 1 \(line {HEAD.count(chr(10)) + 5}, tool 1\)', said[0])
+
+
+@pytest.mark.scene(STOPPED, [['open text', AROUND + 'X-8 Y20 I5 Z9 R10\nM2\n'], IN_FORCE, ['run_until_stopped', 60], ['position'], ['errors'],
+                             ['open text', AROUND + 'X-15 Y20 I9 Z9 R10\nM2\n'], IN_FORCE, ['run_until_stopped', 60], ['position'], ['errors'],
+                             ['mdi', 'G0 Z40'], ['open text', HEAD + 'G0 Z40\nM2\n'], ['until', 'stock-tracker.0.clamp-count', '<', 0.5]])
+def test_a_cycle_is_led_past_the_clamp_of_a_comment(answers):
+    """The guard does not stop it, and a cut into the clamp is refused before it moves."""
+    _open, known, stopped, position, said = answers[:5]
+    assert known is not None and stopped is False and position == pytest.approx([-8.0, 20.0, 10.0], abs=1e-4)
+    assert not [text for text in said if 'move stopped' in text or 'G13' in text], said
+    _open, known, stopped, position, said = answers[5:10]
+    assert stopped is False and position == pytest.approx([-48.0, 20.0, 10.0], abs=1e-4)
+    assert any('G13: a cut of the tool meets the clamp of line 1 at X' in text for text in said), said
 
 
 TWICE = [['run_until_stopped', 60], ['position'], ['abort'], ['errors']]
