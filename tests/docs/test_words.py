@@ -12,10 +12,17 @@ sys.path.insert(0, os.path.join(ROOT, 'tools'))
 
 import words  # noqa: E402
 
+pytestmark = pytest.mark.xdist_group('words')       # one process reads the whole tree, once
+
 
 @pytest.fixture(scope='module')
 def every():
     return words.count()[1]
+
+
+@pytest.fixture(scope='module')
+def habits():
+    return words.habits()
 
 
 @pytest.mark.parametrize('rule', words.RULES, ids=lambda rule: rule.word)
@@ -25,8 +32,8 @@ def test_word_stays_out(every, rule):
 
 
 @pytest.mark.parametrize('habit', [name for name, _pattern in words.HABITS])
-def test_habit_stays_out(habit):
-    found = [f'{path}:{number}: {line[:100]}' for name, path, number, line in words.habits() if name == habit]
+def test_habit_stays_out(habits, habit):
+    found = [f'{path}:{number}: {line[:100]}' for name, path, number, line in habits if name == habit]
     assert not found, '\n'.join(found[:40])
 
 
