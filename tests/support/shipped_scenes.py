@@ -254,3 +254,33 @@ def after_the_program(op):
     line = next(line for line in op.said().splitlines() if line.startswith('chipwise: cut.ngc: '))
     return {'line': line, 'removed': float(op.getp('stock-tracker.0.removed-volume')), 'fault': op.getp('stock-tracker.0.fault-code'),
             'page': [page.status, html]}
+
+
+# --- the measured load on the page -----------------------------------------------------------------------------------------
+
+SPINDLE = '''loadrt spindle_sim
+addf spindle-sim.0 servo-thread
+net sim-spindle => spindle-sim.0.speed-cmd
+net spindle-power volumetric-feed.0.power => spindle-sim.0.cut-power
+net spindle-load spindle-sim.0.load => volumetric-feed.0.spindle-load
+'''
+SLOT = f'(MATERIAL,NAME=6061)\nG21 G90 G64 P0.01\nT1 M6\n{BOX}\nS6000 M3\nF600\nG0 X-30 Y20 Z5\nG0 Z-4\nG1 X70\nG0 Z5\nM2\n'
+
+
+def load():
+    """A slot in 6061 by a spindle whose inverter gives its load; the page while it is cut, and at the end."""
+    op = Person()
+    op.write(op.own_configs() + '/spindle.hal', SPINDLE)
+    hal = next(line for line in text_of(op.own_configs() + '/mill.ini').splitlines() if line.startswith('HALFILE') and line.endswith('chipwise.hal'))
+    ini = op.edit('mill.ini', scripted('DISPLAY = axis'), (hal, f'{hal}\nHALFILE = spindle.hal'), name='scripted.ini')
+    op.begin(ini, [['home'], ['start', SLOT], ['finish'], ['errors'], ['program', 'touch', op.home + '/done'], ['program', 'sleep', '3']])
+    seen = []
+
+    def look():
+        with contextlib.suppress(OSError), urllib.request.urlopen('http://127.0.0.1:8250/state.json', timeout=30) as page:
+            state = json.loads(page.read())
+            seen.append({name: state.get(name) for name in ('loads', 'power')})
+        return os.path.exists(op.home + '/done') or op.linuxcnc.poll() is not None
+    wait('the end of the program', look)
+    answers = op.answered()
+    return {'seen': seen, 'errors': answers[3], 'left': op.left()}
