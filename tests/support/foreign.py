@@ -30,8 +30,8 @@ def tool_table(tools, unit=1.0):
     return "".join(f"T{n} P{n} Z{length / unit:.6f} D{tool.diameter / unit:.6f}\n" for n, (tool, length) in sorted(tools.items()))
 
 
-def geometry_file(tools):
-    """Text of a tool geometry file."""
+def geometry_file(tools, more=None):
+    """Text of a tool geometry file; more: {tool number: further lines}."""
     lines = []
     for n, (tool, _length) in sorted(tools.items()):
         lines.append(f"[tool.{n}]")
@@ -45,7 +45,7 @@ def geometry_file(tools):
             lines += ['shape = "bull"', f"corner_radius = {tool.corner:g}"]
         else:
             lines += ['shape = "flat"']
-        lines.append("")
+        lines += [*(more or {}).get(n, []), ""]
     return "\n".join(lines)
 
 

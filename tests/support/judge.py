@@ -91,7 +91,7 @@ class Run:
 
 def library():
     lib = C.CDLL(str(LIBRARY))
-    for name in ("judge_areas", "judge_chords", "judge_engagement"):
+    for name in ("judge_areas", "judge_chords", "judge_engagement", "judge_force"):
         getattr(lib, name).restype = C.c_long
     return lib
 
