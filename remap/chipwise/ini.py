@@ -9,12 +9,15 @@ everywhere a remap runs, and configparser refuses repeated keys (REMAP).  As in 
 import ctypes
 import math
 import os
+import re
 from typing import Iterable, Iterator, Optional, Sequence
 
 from chipwise.errors import MM_PER_INCH, CycleError, braceless
 from chipwise.host.files import read_bytes
 
 MAX_BYTES = 1 << 22             # of an INI file
+INCLUDE = re.compile(r"#INCLUDE[ \t]+(\S.*?)\s*$")
+MAX_INCLUDES = 16               # files within each other, as in LinuxCNC
 UNITS_MM = {"mm": 1.0, "metric": 1.0, "in": MM_PER_INCH, "inch": MM_PER_INCH, "imperial": MM_PER_INCH}     # [TRAJ]LINEAR_UNITS
 
 
@@ -38,8 +41,27 @@ def file_name() -> str:
 
 
 def read_lines(path: str) -> list[str]:
-    """Lines of an INI file.  Raises OSError."""
-    return read_bytes(path, MAX_BYTES).decode("utf-8", "replace").split("\n")
+    """Lines of an INI file.  Raises OSError.
+
+    2.9 writes INI.expanded, with the files of #INCLUDE lines in it, and names that; what is left in it no longer counts.  2.10 names the INI
+    file itself, and its processes read what is included (emc/ini/inifile.cc).  A file that cannot be read leaves its line here."""
+    lines = read_bytes(path, MAX_BYTES).decode("utf-8", "replace").split("\n")
+    return lines if path.endswith(".expanded") else list(_with_included(lines, path, MAX_INCLUDES))
+
+
+def _with_included(lines: Iterable[str], path: str, depth: int) -> Iterator[str]:
+    """Lines of the file at path, with those of the files they include."""
+    for line in lines:
+        named = INCLUDE.match(line)
+        try:
+            if not named or not depth:
+                raise OSError
+            place = os.path.join(os.path.dirname(path), os.path.expanduser(named[1]))
+            included = read_bytes(place, MAX_BYTES).decode("utf-8", "replace").split("\n")
+        except OSError:
+            yield line
+        else:
+            yield from _with_included(included, place, depth - 1)
 
 
 def expanded(path: str) -> str:

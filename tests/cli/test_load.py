@@ -103,8 +103,7 @@ def test_an_axis_without_an_acceleration_has_linuxcncs(machine, text, planner, a
 # --- what LinuxCNC has expanded ------------------------------------------------
 
 @pytest.mark.parametrize('line, words', [
-    ('#INCLUDE /usr/local/share/chipwise/configs/chipwise_codes.inc',
-     'LinuxCNC has not expanded "#INCLUDE /usr/local/share/chipwise/configs/chipwise_codes.inc"'),
+    ('#INCLUDE /no/such/chipwise_codes.inc', 'LinuxCNC has not expanded "#INCLUDE /no/such/chipwise_codes.inc"'),
     ('  #include chipwise.inc', 'has not expanded "#include chipwise.inc"'),
     ('# handle_includes(): <37> CANNOT READ /opt/chipwise.inc', 'LinuxCNC cannot read /opt/chipwise.inc; correct the #INCLUDE line')])
 def test_an_include_that_linuxcnc_has_left(machine, line, words):
@@ -119,6 +118,22 @@ def test_other_includes_are_not_ours(machine, line):
     with machine[0].open('a') as file:
         file.write(line + '\n')
     python_section.check_includes(Ini())
+
+
+def test_what_linuxcnc_2_10_includes_itself(machine):
+    """2.10 has no INI.expanded: a file that is included counts, and those that it includes, beside it."""
+    folder = machine[0].parent
+    (folder / 'below').mkdir()
+    (folder / 'below/chipwise.inc').write_text('[CHIPWISE]\nCELL = 0.125\n#INCLUDE spindle.inc\r\n')
+    (folder / 'below/spindle.inc').write_text('[SPINDLE_0]\nMAX_FORWARD_VELOCITY = 7000\n#INCLUDE spindle.inc\n')     # LinuxCNC refuses that
+    text = machine[0].read_text() + '#INCLUDE  below/chipwise.inc\n'
+    machine[0].write_text(text + '[TRAILER]\nHERE = 1\n')
+    ini = Ini()
+    python_section.check_includes(ini)
+    assert (ini.text('CHIPWISE', 'CELL'), ini.text('SPINDLE_0', 'MAX_FORWARD_VELOCITY'), ini.text('TRAILER', 'HERE')) == ('0.125', '7000', '1')
+    before = machine[0].with_suffix('.ini.expanded')
+    before.write_text(text)
+    assert 'has not expanded "#INCLUDE  below/chipwise.inc"' in said(python_section.check_includes, Ini(str(before)))
 
 
 # --- the [PYTHON] section ---------------------------------------------------

@@ -25,4 +25,4 @@ def test_codes_that_wait(code, answers):
 
 @pytest.mark.scene(MILL, [['start', f'{LONG}{HEAD}G1 Y-30\nG79 Q100 Z-1 D0.1 R2\nM2\n'], ['until', 'axis.y.pos-cmd', '<', -29.9], ['abort']])
 def test_a_cycle_whose_plan_takes_long(answers):
-    assert answers[1] < -29.9
+    assert answers[1] <= -29.9              # a row of the log may be just there

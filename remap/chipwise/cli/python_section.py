@@ -21,7 +21,7 @@ OURS = re.compile(r'.*\bpython\s*=\s*m250\b', re.IGNORECASE)
 
 
 def check_includes(ini):
-    """Raise CycleError for an Ini, as LinuxCNC has expanded it, in which a file of chipwise's is missing.
+    """Raise CycleError for an Ini, as LinuxCNC reads it, in which a file of chipwise's is missing.
 
     LinuxCNC (handle_includes in linuxcnc, 2.9) leaves an #INCLUDE of an included file as it is, and goes on without a file that it
     cannot read: G-codes would be unknown without a reason."""
