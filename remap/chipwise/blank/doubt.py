@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The doubt of a probed blank: a file beside its stock, for whoever restores it.
 
-Written by cli/blank.py, read by monitor/stock_files.py.  It names the stock file it belongs to by that file's checksum, so a slot that gets another stock has no doubt.
+Written by cli/blank.py, read by monitor/stock_files.py and check/simulate.py.  It names the stock file it belongs to by that file's checksum, so a slot that gets another stock has no doubt.
 """
 from __future__ import annotations
 

@@ -11,9 +11,11 @@ remains smaller than a cell (components/offline/height_sweep.h); stock that an e
 """
 
 import math
+import os
 
 import numpy as np
 
+from chipwise.blank import doubt
 from chipwise.check import extra_needles
 from chipwise.check import rules
 from chipwise.program import records
@@ -21,11 +23,13 @@ from chipwise.check.clamps import Clamps
 from chipwise.check.drawing import Draughtsman
 from chipwise.check.findings import CLEARANCE, FLUTE, FLUTES_UNKNOWN, HOLDER, RAPID, RATE, TOOL, Finding
 from chipwise.program.program_file import Missing
+from chipwise.program.reader import Unreadable
 from chipwise.check.result import Result, ToolFigures
 from chipwise.clib.height_map import Shape
 from chipwise.check.times import OFF, Timer
 from chipwise.check.tooth_rules import ToothRules
 from chipwise.check.travel import Extents, Travel
+from chipwise.stock import store
 from chipwise.tool_data.geometry import ToolGeometry
 
 MIN_DEPTH_MM = 0.005        # smaller depths and contacts are ignored
@@ -108,12 +112,21 @@ class Simulation(ToothRules):
 
     def _define(self, line, values):
         """A stock."""
+        self._name_doubt(line, values)
         self.map = rules.make_map(line, values, self.cell)
         self.stock_number += 1
         if self.stock_number in self.needles:
             self.map.add_needles(self.needles[self.stock_number])
         self.draughtsman, self.been = Draughtsman(self.map, self.segments), math.inf
         self.result.cell = self.map.cell
+
+    def _name_doubt(self, line, values):
+        """Raise Unreadable for the probed blank of a slot, with its doubt."""
+        slot = int(values[1]) if values[0] < 0 else -1
+        found = doubt.read(os.path.join(self.settings.path("STOCK_DIR"), store.slot_name(slot))) if slot >= 0 else None
+        if found:
+            found = found.replace("; ", ", ")
+            raise Unreadable(f"M254 restores the probed blank of slot {slot}, which only the machine has: {found}", "define the blank with M250 and that allowance, or name it with --stock and leave M254 out", line)
 
     def _take_tool(self, number, diameter, line):
         self.tool = self.shape = None

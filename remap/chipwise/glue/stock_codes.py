@@ -212,7 +212,7 @@ def restore_stock(state):
     known_stock.forget(state.interp)
     known_cuts.forget(state.interp)
     if not state.interp.task:
-        preview.restored(state.line_number)
+        preview.restored(state.line_number, -1 if turn else slot)
     if state.interp.task and _run_from_line_keeps_stock(state):
         yield
         return

@@ -14,10 +14,10 @@ def stock(line, low, high, shape, turn):
         listener.stock(line, low, high, shape, turn)
 
 
-def restored(line):
-    """M254: a stock of a file that only the machine has."""
+def restored(line, slot=-1):
+    """M254: a stock of a file that only the machine has; slot: -1: not as it was saved."""
     if listener is not None:
-        listener.restored(line)
+        listener.restored(line, slot)
 
 
 def volume(line, mode, target=0.0, lower=0.0, ceiling=None):

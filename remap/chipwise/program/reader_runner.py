@@ -263,11 +263,11 @@ class Canon(ToolCalls, ClampComments, interpreter_process.Canon):
                                f"the stock of --stock ends: the program defines its own with {code}"])
             self.__dict__.pop("_put", None)
 
-    def restored(self, line):
+    def restored(self, line, slot):
         """M254 (program/preview.py)."""
         self.line = line
         self._program_has("M254")
-        self._event(STOCK, -1.0)
+        self._event(STOCK, -1.0, slot)
 
     def volume(self, line, mode, target, lower, ceiling):
         """M251, M252 (program/preview.py)."""

@@ -5,7 +5,7 @@ mm, mm/min, machine coordinates of the tool's tip:
     RAPID, FEED, ARC    x y z feed first unnamed      ARC: a chord of one, first: 1 on the first chord; unnamed: mask of the axes, X 1, Y 2, Z 4, that the program
                         has not named yet: their places are known on the machine only
     TOOL                number, diameter (mm; 0: none)
-    STOCK               shape (-1: of a file that only the machine has), turn, low x y z, high x y z      of M250, M254
+    STOCK               shape (-1: of a file that only the machine has; turn is its slot then, or -1), turn, low x y z, high x y z      of M250, M254
     VOLUME              mode, target, lower (mm3/min), ceiling (mm/min; 0: none)      of M251, M252
     DWELL               seconds      0 where motion stops for the spindle, the coolant or the tool's length, of a program that is judged and not rewritten
     FRAME               turn (rad), offset of the coordinate system x y z, G92 offset x y z (before the turn)
