@@ -261,15 +261,17 @@ void chip_engage_at(struct chip_engage *e, long n, const double (*pose)[3], doub
 
 void chip_engage_rim(struct chip_engage *e, long n, const double (*point)[2], double less, uint8_t *cleared)
 {
-    double r = e->radius - less, within = e->radius * (1.0 - CHIP_ENGAGE_SLACK);
+    double r = e->radius - less, within = e->radius * (1.0 - CHIP_ENGAGE_SLACK), rim[RIM][2];
     long k;
     int a;
+    for (a = 0; a < RIM; a++) {
+        double angle = 2.0 * CHIP_PI * a / RIM;
+        rim[a][0] = r * cos(angle);
+        rim[a][1] = r * sin(angle);
+    }
     for (k = 0; k < n; k++) {
-        for (a = 0; a < RIM; a++) {
-            double angle = 2.0 * CHIP_PI * a / RIM;
-            if (chip_engage_uncut(e, point[k][0] + r * cos(angle), point[k][1] + r * sin(angle), within * within))
-                break;
-        }
+        for (a = 0; a < RIM; a++)
+            if (chip_engage_uncut(e, point[k][0] + rim[a][0], point[k][1] + rim[a][1], within * within)) break;
         cleared[k] = a == RIM;
     }
 }

@@ -179,6 +179,25 @@ def test_a_trace_does_not_dip_into_a_wall_between_its_steps(name, rho):
     assert into_walls(name, rho)[0] < 6e-4          # three times what it may touch
 
 
+def test_places_of_an_element_as_of_many():
+    """To the last bit: paths shall not depend on which of both is asked."""
+    rng, chain = np.random.default_rng(3), elements.join((line((1, 2), (8, 3)), make_arcs(np.array([[8.0, 3.0]]), np.array([[2.0, 9.0]]), np.array([[2.0, 3.0]]),
+                                                                                         np.array([6.0]), np.array([math.pi / 2]))))
+    for k in (0, 1):
+        t = rng.uniform(0.0, 1.0, 300)
+        assert np.array_equal(np.concatenate([links._place_at(chain, k)(float(one)) for one in t]),
+                              np.concatenate([elements.point_at(chain, np.array([k]), np.array([one])) for one in t]))
+
+
+def test_places_with_a_clearance_as_the_ground_grows():
+    planner = engage.Planner(region("rectangle"), RADIUS, STEP, 25.0, 0.2)
+    for y in (10.0, 14.0, 18.0):
+        planner.ground.clear(line((10, y), (40, y)))
+        planner.grid.refresh()
+        found, fresh = planner.grid.roomy(0.2), planner.ground.rim(planner.grid.point.reshape(-1, 2), -0.2).reshape(planner.grid.cleared.shape)
+        assert np.array_equal(found, fresh & planner.grid.cleared & (planner.grid.depth >= 0.2)) and found.any() == (y > 10.0)
+
+
 def test_a_corner_is_left_on_an_arc():
     """At the end of a path that heads for the wall by 5 degrees, on ground too narrow for an arc along it."""
     planner = engage.Planner(region("rectangle"), RADIUS, STEP, 25.0, 0.2)

@@ -33,6 +33,9 @@ FURTHER, PLACES = 4, 12
 # A link that goes round something is looked for with so much more room at first, in tool radii: along its edge it would bend often.
 WIDER = (0.3, 0.12, 0.0)
 
+# From a place of the grid to its neighbours, and how far that is.
+NEIGHBOURS = tuple((i, j, math.hypot(i, j)) for i, j in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)))
+
 # So many places of the grid are looked at to begin one.
 NEAREST = 8
 
@@ -65,17 +68,27 @@ def direct(ground, a, b):
 
 def inside(ground, link):
     """Whether a chain stays in the region."""
-    length = elements.lengths(link)
-    for k in range(len(link)):
-        t, last = 0.0, length[k]
+    for k, last in enumerate(elements.lengths(link).tolist()):
+        t, place_at = 0.0, _place_at(link, k)
         while True:
-            depth = float(ground.depth(elements.point_at(link, np.array([k]), np.array([min(t / max(last, 1e-12), 1.0)])))[0])
+            depth = float(ground.depth(place_at(min(t / max(last, 1e-12), 1.0)))[0])
             if depth < -SLACK_MM:
                 return False
             if t >= last:
                 break
             t += max(depth, STRIDE_MM)
     return True
+
+
+def _place_at(link, k):
+    """Parameter -> place (1, 2) of an element: elements.point_at() of one, to the last bit."""
+    if link.is_arc[k]:
+        x, y = link.centre[k].tolist()
+        radius, first = float(link.radius[k]), float(link.start_angle[k])
+        sweep = float(link.sweep[k])
+        return lambda t: np.array([(x + np.cos(first + t * sweep) * radius, y + np.sin(first + t * sweep) * radius)])
+    (x, y), (dx, dy) = link.start[k].tolist(), (link.end[k] - link.start[k]).tolist()
+    return lambda t: np.array([(x + dx * t, y + dy * t)])
 
 
 def leads(ground, pose, clearance, backwards):
@@ -216,17 +229,14 @@ def _straight(ground, a, b, clearance):
 
 def _searched(grid, ground, a, b, clearance, more):
     """Places of the grid from near a to near b, the shortest link that has so much more than the clearance, between both; None."""
-    free = np.zeros(grid.cleared.shape, bool)
-    asked = np.nonzero(grid.cleared & (grid.depth >= clearance + more))
-    if not len(asked[0]):
-        return None
-    free[asked] = ground.rim(grid.point[asked], -clearance - more)
+    free = grid.roomy(clearance + more)
     known, place = np.argwhere(free), grid.point[free]
     first, last = (next((tuple(known[k]) for k in np.argsort(np.hypot(*(place - p).T), kind="stable")[:NEAREST]
                          if _straight(ground, p, place[k], clearance)), None) for p in (a, b))
     if first is None or last is None:
         return None
-    cost, before, heap, done = {first: 0.0}, {}, [(0.0, first)], set()
+    columns, rows = free.shape
+    open_, cost, before, heap, done = free.tolist(), {first: 0.0}, {}, [(0.0, first)], set()
     while heap:
         _, at = heapq.heappop(heap)
         if at in done:
@@ -234,11 +244,11 @@ def _searched(grid, ground, a, b, clearance, more):
         done.add(at)
         if at == last:
             break
-        for di, dj in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)):
-            near = (at[0] + di, at[1] + dj)
-            if min(near) < 0 or near[0] >= free.shape[0] or near[1] >= free.shape[1] or not free[near] or near in done:
+        for di, dj, length in NEIGHBOURS:
+            i, j = near = at[0] + di, at[1] + dj
+            if not (0 <= i < columns and 0 <= j < rows and open_[i][j]) or near in done:
                 continue
-            more = cost[at] + math.hypot(di, dj)
+            more = cost[at] + length
             if more < cost.get(near, math.inf):
                 cost[near], before[near] = more, at
                 heapq.heappush(heap, (more + math.dist(near, last), near))

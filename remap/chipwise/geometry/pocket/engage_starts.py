@@ -121,12 +121,21 @@ class Grid:
         self.point = low + self.size * np.stack((i, j), axis=2)
         self.depth = ground.depth(self.point.reshape(-1, 2)).reshape(columns, rows)
         self.cleared = np.zeros((columns, rows), bool)
+        self._roomy: dict[float, np.ndarray] = {}
 
     def refresh(self):
         """Ask again for places that are not cleared."""
         waiting = np.nonzero(~self.cleared & (self.depth >= 0.0))
         if len(waiting[0]):
             self.cleared[waiting] = self.ground.rim(self.point[waiting], slack(self.ground.radius))
+
+    def roomy(self, clearance):
+        """Which of the cleared places have a clearance at the tool's side, as a raster; those that had it keep it, as ground only grows."""
+        free = self._roomy.setdefault(clearance, np.zeros(self.cleared.shape, bool))
+        asked = np.nonzero(self.cleared & (self.depth >= clearance) & ~free)
+        if len(asked[0]):
+            free[asked] = self.ground.rim(self.point[asked], -clearance)
+        return free
 
     def seat(self):
         """(x, y) of a place whose whole circle is on cleared ground, the one with the most room; None."""

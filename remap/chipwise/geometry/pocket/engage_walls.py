@@ -51,7 +51,8 @@ class Wall:
 def _ranges(station, missing, total, joined):
     """[(from, to)] mm along the contour, each from the place before to the place after what is missing."""
     n, found = len(station), []
-    for k in missing:
+    station = station.tolist()
+    for k in missing.tolist():
         before, after = station[k - 1] - (total if k == 0 else 0.0), station[(k + 1) % n] + (total if k == n - 1 else 0.0)
         if found and before - found[-1][1] <= joined:
             found[-1][1] = after
