@@ -56,7 +56,7 @@ OFFLINES = $(OFFLINE:components/offline/%.c=$(BUILD)/offline/%.o)
 # Made by this file and tools/make_layout.py.
 MADE     = $(BUILD)/version.o $(BUILD)/layout_table.o
 LIBRARY  = $(BUILD)/libchipwise.so $(BUILD)/libchipwise_kinematics.so
-MODELS   = $(BUILD)/tests/support/fine_model.so $(BUILD)/tests/support/check_oracle.so $(BUILD)/tests/support/judge.so $(BUILD)/tests/support/turning_oracle.so
+MODELS   = $(BUILD)/tests/support/fine_model.so $(BUILD)/tests/support/check_oracle.so $(BUILD)/tests/support/judge.so $(BUILD)/tests/support/surface_judge.so $(BUILD)/tests/support/turning_oracle.so
 PROGRAMS = $(CORE_TESTS:tests/core/%.c=$(BUILD)/tests/%) $(BENCHES:bench/%.c=build/bench/%)
 
 # As in LinuxCNC's Makefile.modinc; the warnings are ours.  No products fused with sums: every processor computes the same figures.
@@ -272,7 +272,7 @@ build/coverage/tests/%: tests/core/%.c $(COVERED_CORE) components/linuxcnc_plann
 	$(CC) $(filter-out --coverage,$(COVERED)) $(CFLAGS) -DULAPI -Icomponents @$(MOTION) -I/usr/include/linuxcnc -c -o $@.o $<
 	$(CC) --coverage -o $@ $@.o $(COVERED_CORE) -lm
 
-# Models of the stock that judge runs, and the oracles of turned parts and of depths: nothing of the product is in them.
+# Models of the stock that judge runs, and the oracles of turned parts, depths and surfaces: nothing of the product is in them.
 $(BUILD)/tests/support/%.so: tests/support/%.c
 	@mkdir -p $(@D)
 	$(CC) -O2 -fPIC -shared $(CFLAGS) -o $@ $(filter %.c,$^) -lm

@@ -3,10 +3,15 @@
 
 Shares nothing with the package but the moves: the lowest tip comes from drop_oracle.py, the stock is a set of needles.
 """
+import ctypes as C
+import math
+from functools import lru_cache
+
 import numpy as np
 
-from support import drop_oracle
+from support import ROOT, drop_oracle
 
+LIBRARY = ROOT / "build" / "tests" / "support" / "surface_judge.so"
 STEP = 0.05             # mm, between the positions of a move that are looked at
 RIDGE = 0.01            # mm that stays on a needle between two of them
 
@@ -46,6 +51,34 @@ def positions(moves, start):
     return found
 
 
+class Tool(C.Structure):
+    """struct tool of surface_judge.c."""
+    _fields_ = [(name, C.c_double) for name in ("radius", "corner", "touch", "foot", "tangent")]
+
+
+@lru_cache(maxsize=None)
+def library():
+    found, p = C.CDLL(str(LIBRARY)), C.c_void_p
+    found.surface_under.argtypes, found.surface_under.restype = [p, p, C.c_long, p, C.c_long, p], None
+    return found
+
+
+def tool_of(shape):
+    """drop_oracle.profile() of a tool, as the C file has it."""
+    radius, half = shape.diameter / 2, math.radians(shape.tip_angle) / 2
+    corner = min(shape.corner_radius, radius)
+    if not half:
+        return Tool(radius, corner, -1.0, 0.0, 1.0)
+    return Tool(radius, corner, corner * math.cos(half), corner - corner / math.sin(half), math.tan(half))
+
+
+def lowest_edge(xy, points, shape):
+    """(n, 2) needles, (m, 3) tips -> (n,): how low the tool's edge has been over each, mm; infinite for one beside all."""
+    xy, points, under = np.ascontiguousarray(xy, float), np.ascontiguousarray(points, float), np.empty(len(xy))
+    library().surface_under(C.byref(tool_of(shape)), xy.ctypes.data, len(xy), points.ctypes.data, len(points), under.ctypes.data)
+    return under
+
+
 class Needles:
     """Stock as heights at random points of a rectangle; everything is below `top` at first."""
 
@@ -55,13 +88,11 @@ class Needles:
 
     def follow(self, moves, start, shape, positions=positions):
         """Cuts along the feed moves; -> how deep (mm) each rapid is in the stock.  positions: how moves become positions."""
-        height, radius = drop_oracle.profile(shape)
-        depths = []
+        radius, depths = shape.diameter / 2, []
         for is_rapid, points in positions(moves, start):
             near = np.flatnonzero((self.xy >= points[:, :2].min(axis=0) - radius).all(axis=1)
                                   & (self.xy <= points[:, :2].max(axis=0) + radius).all(axis=1))
-            r = np.linalg.norm(self.xy[near, None] - points[None, :, :2], axis=2)
-            under = np.where(r <= radius, points[None, :, 2] + height(np.minimum(r, radius)), np.inf).min(axis=1, initial=np.inf)
+            under = lowest_edge(self.xy[near], points, shape)
             if is_rapid:
                 depths.append(max(0.0, float((self.height[near] - under).max(initial=0.0))))
             else:
@@ -95,8 +126,7 @@ AIR_MM, BIT_MM = 1e-4, 0.25       # a bit of a feed move that lowers no needle b
 
 def feed_figures(needles, moves, start, shape):
     """Cuts the needles along the feed moves -> {feed: (mm in all, mm in air)}, deepest mm that a bit of a move takes off a needle."""
-    height, radius = drop_oracle.profile(shape)
-    lengths, deepest = {}, 0.0
+    radius, lengths, deepest = shape.diameter / 2, {}, 0.0
     for move, (is_rapid, points) in zip(moves, positions(moves, start)):
         if is_rapid:
             continue
@@ -104,8 +134,7 @@ def feed_figures(needles, moves, start, shape):
         for first in range(0, len(points) - 1, size):
             bit = points[first:first + size + 1]
             near = np.flatnonzero((needles.xy >= bit[:, :2].min(axis=0) - radius).all(axis=1) & (needles.xy <= bit[:, :2].max(axis=0) + radius).all(axis=1))
-            r = np.linalg.norm(needles.xy[near, None] - bit[None, :, :2], axis=2)
-            under = np.where(r <= radius, bit[None, :, 2] + height(np.minimum(r, radius)), np.inf).min(axis=1, initial=np.inf)
+            under = lowest_edge(needles.xy[near], bit, shape)
             taken = float((needles.height[near] - under).max(initial=0.0))
             needles.height[near] = np.minimum(needles.height[near], under)
             all_mm, air_mm = lengths.get(move.feed, (0.0, 0.0))
