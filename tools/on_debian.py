@@ -4,6 +4,7 @@
     tools/on-debian [options] RELEASE COMMAND [ARGUMENT...]
     tools/on-debian trixie make test
     tools/on-debian --bring build/deb trixie make deb
+    tools/on-debian --processor arm64 bookworm uname -m
 
 What a fresh machine has: Debian's smallest system, made by mmdebstrap from
 Debian's packages, with git, make and sudo, and a copy of this repository's files
@@ -24,6 +25,9 @@ installs itself.  Called by hand, by CI and by tests/install/test_on_debian.py.
    namespaces, and with them bin/chipwise-sandbox.
 5. --container takes away what an ordinary container takes away: CAP_SYS_ADMIN
    and user namespaces.
+6. --processor arm64 is a Debian of another processor, every program of it run by
+   qemu-user-static; binfmt_misc of the user namespace knows it, not the machine's
+   (Linux 6.7).
 
 Exit status: COMMAND's; 128 + signal when killed.
 """
@@ -45,6 +49,7 @@ sys.path[:0] = [TOOLS, os.path.join(os.path.dirname(TOOLS), 'remap')]
 from bare_debian.apt import apt_sources, carry_apt_over             # noqa: E402
 from bare_debian.base import cache_directory, ensure_base, locked             # noqa: E402
 from bare_debian.common import USER, USER_ID, Refusal             # noqa: E402
+from bare_debian.processor import PROCESSORS, register             # noqa: E402
 from bare_debian.system import (bring_back, change_root, copy_repository, enter_namespaces, home, lay_system, lend_packages,             # noqa: E402
                                 mount_devices, take_packages_back)
 from chipwise.machine import command, namespaces, sandbox        # noqa: E402
@@ -68,6 +73,8 @@ def parse_arguments(argv):
                         help='give the command the files of this folder of the repository as well, as build/deb')
     parser.add_argument('--bring', metavar='FOLDER',
                         help='afterwards, bring the files that the command has made in this folder of the repository back')
+    parser.add_argument('--processor', choices=PROCESSORS,
+                        help='a Debian of another processor, emulated')
     parser.add_argument('--renew', action='store_true',
                         help='make the base anew and forget what was kept of that release')
     parser.add_argument('release', choices=RELEASES)
@@ -98,6 +105,8 @@ def become_root(argv):
 def inside(options, system):
     """PID 1 of the namespaces: run the command."""
     namespaces.die_with_parent()
+    if options.processor:
+        register(options.processor, system + '/.processor')
     change_root(system)
     env = {name: value for name, value in os.environ.items() if PASSED_ON.match(name)}
     env.update(PATH='/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin', LANG='C.UTF-8',
@@ -184,10 +193,10 @@ def main(argv):
         become_root(argv)
     if not namespaces.works(lambda: namespaces.check(libc.unshare(namespaces.CLONE_NEWNS | namespaces.CLONE_NEWUSER), 'unshare')):
         raise Refusal('no private namespaces here; run it on a machine, or give the container CAP_SYS_ADMIN')
-    folder = os.path.join(cache_directory(), options.release)
+    folder = os.path.join(cache_directory(), '-'.join(filter(None, [options.release, options.processor])))
     os.makedirs(folder, mode=0o711, exist_ok=True)
     sources = apt_sources(options.release)
-    base = ensure_base(folder, options.release, sources, options.renew)
+    base = ensure_base(folder, options, sources)
     return run(options, folder, base, sources) if options.command else 0
 
 

@@ -23,7 +23,7 @@ spec = importlib.util.spec_from_file_location('on_debian', os.path.join(ROOT, 't
 on_debian = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(on_debian)
 
-from bare_debian import apt             # noqa: E402  found by on_debian
+from bare_debian import apt, processor             # noqa: E402  found by on_debian
 
 
 # --- this machine's apt -----------------------------------------------------
@@ -82,7 +82,8 @@ def test_proxies_and_certificates_are_carried_over(machine, tmp_path):
 
 
 def test_no_host_of_an_archive_is_written_here():
-    for name in ('on-debian', 'on_debian.py', 'bare_debian/apt.py', 'bare_debian/base.py', 'bare_debian/system.py'):
+    for name in ('on-debian', 'on_debian.py', 'bare_debian/apt.py', 'bare_debian/base.py', 'bare_debian/processor.py', 'bare_debian/system.py',
+                 'try_arm64', 'processor_trial.py'):
         with open(os.path.join(ROOT, 'tools', name)) as handle:
             assert 'http://' not in handle.read().replace("http://(", '')
 
@@ -98,11 +99,18 @@ def test_without_namespaces_it_refuses_before_anything_is_made(tmp_path):
     assert not (tmp_path / 'none').exists()
 
 
+def test_another_processor_without_its_emulator_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setitem(processor.PROCESSORS, 'arm64', str(tmp_path / 'none.conf'))
+    with pytest.raises(on_debian.Refusal, match='there is no emulator for arm64; install qemu-user-static'):
+        processor.register('arm64', str(tmp_path / 'place'))
+    assert os.listdir(tmp_path) == []
+
+
 # --- what a command sees ----------------------------------------------------
 
-def on(release, *arguments, **options):
-    if os.geteuid() != 0 or not os.path.isdir(os.path.join(FOLDER, release, 'base')):
-        pytest.skip('no base of %s in %s, or not root' % (release, FOLDER))
+def on(release, *arguments, base=None, **options):
+    if os.geteuid() != 0 or not os.path.isdir(os.path.join(FOLDER, base or release, 'base')):
+        pytest.skip('no base of %s in %s, or not root' % (base or release, FOLDER))
     words = [word for word in arguments if word.startswith('--')]
     return subprocess.run([TOOL, *words, release, *arguments[len(words):]], text=True, stdin=subprocess.DEVNULL,
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=120, **options)
@@ -118,6 +126,13 @@ def test_a_command_runs_on_that_release_with_the_files_of_the_repository(release
     assert words[4:7] == ['/usr/bin/git', '/usr/bin/make', '/usr/bin/sudo']
     assert words[7:] == ['']                # nothing else is there
     assert done.returncode != 0             # of the last `command -v`
+
+
+def test_programs_of_another_processor_run_and_the_machine_does_not_know_them():
+    registered = set(os.listdir('/proc/sys/fs/binfmt_misc'))
+    done = on('bookworm', '--processor=arm64', 'sh', '-c', 'uname -m; dpkg --print-architecture; head -c 20 /bin/uname | od -An -tu1 -j18', base='bookworm-arm64')
+    assert done.stdout.split() == ['aarch64', 'arm64', '183', '0'], done.stdout
+    assert set(os.listdir('/proc/sys/fs/binfmt_misc')) == registered
 
 
 def test_namespaces_of_its_own_and_the_sandboxs_within():

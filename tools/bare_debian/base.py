@@ -12,6 +12,7 @@ import tempfile
 
 from bare_debian.apt import apt_settings, machine_keys
 from bare_debian.common import USER, USER_ID, Refusal, read
+from bare_debian.processor import emulated
 from repository import ROOT
 
 INCLUDE = 'git make sudo'
@@ -40,21 +41,24 @@ def locked(path):
         yield
 
 
-def ensure_base(folder, release, sources, renew):
+def ensure_base(folder, options, sources):
     """Make the base of a release if it is missing or outdated; -> its directory."""
     recipe = hashlib.sha256('\n'.join([INCLUDE, USER, *sources]).encode()).hexdigest()
     base, stamp = os.path.join(folder, 'base'), os.path.join(folder, 'recipe')
     with locked(os.path.join(folder, 'lock')):
-        if not renew and os.path.isdir(base) and read(stamp) == recipe:
+        if not options.renew and os.path.isdir(base) and read(stamp) == recipe:
             return base
-        print('chipwise: making a Debian %s in %s' % (release, folder), file=sys.stderr)
+        print('chipwise: making a Debian %s in %s' % (options.release, folder), file=sys.stderr)
         for path in (base, os.path.join(folder, 'kept')):
             if os.path.isdir(path):
                 shutil.rmtree(path)
         fresh = tempfile.mkdtemp(prefix='fresh.', dir=folder)
         os.chmod(fresh, 0o711)          # apt fetches as a user of its own
         try:
-            bootstrap(release, fresh, sources)
+            if options.processor:
+                emulated(options.processor, lambda: bootstrap(options, fresh, sources))
+            else:
+                bootstrap(options, fresh, sources)
             os.rename(os.path.join(fresh, 'base'), base)
         finally:
             shutil.rmtree(fresh, ignore_errors=True)
@@ -63,7 +67,7 @@ def ensure_base(folder, release, sources, renew):
     return base
 
 
-def bootstrap(release, fresh, sources):
+def bootstrap(options, fresh, sources):
     """mmdebstrap into fresh/base, with this machine's apt settings and keys."""
     list_file, settings, keys = (os.path.join(fresh, name) for name in ('sources.list', 'apt.conf', 'keys'))
     os.mkdir(keys)
@@ -79,10 +83,11 @@ def bootstrap(release, fresh, sources):
         ['mmdebstrap', '--mode=root', '--variant=minbase', '--format=directory',
          '--include=' + INCLUDE.replace(' ', ','), '--aptopt=' + settings,
          '--keyring=' + keys,
+         *(['--architectures=' + options.processor, '--skip=check/qemu,chroot/mount/sys'] if options.processor else []),
          '--customize-hook=rm -f "$1/etc/apt/apt.conf.d/99mmdebstrap"',
          '--customize-hook=chroot "$1" useradd -m -u %d -s /bin/bash %s' % (USER_ID, USER),
          '--customize-hook=echo "%s ALL=(ALL) NOPASSWD: ALL" >"$1/etc/sudoers.d/%s"' % (USER, USER),
-         release, os.path.join(fresh, 'base'), list_file], stdin=subprocess.DEVNULL, stdout=sys.stderr)
+         options.release, os.path.join(fresh, 'base'), list_file], stdin=subprocess.DEVNULL, stdout=sys.stderr)
     if done.returncode != 0:
         raise Refusal('mmdebstrap could not make a Debian %s (status %d); does this machine\'s '
-                      'archive have that release?' % (release, done.returncode))
+                      'archive have that release?' % (options.release, done.returncode))
