@@ -2,11 +2,13 @@
 """[CHIPWISE]KEEP_STOCK without a LinuxCNC: which stock comes back at the next start, and what becomes of its file (monitor/stock_files.py)."""
 import ctypes
 import os
+import threading
 
 import numpy as np
 import pytest
 
 from chipwise.host.files import JOURNAL
+from chipwise.monitor import open_mark
 from chipwise.monitor.live_stock import LiveStock
 from chipwise.monitor.stock_files import StockFiles
 from chipwise.resume import stocks
@@ -72,6 +74,27 @@ def test_the_stock_comes_back_once(run, tmp_path, cut):
     assert np.array_equal(files.stock.taken[1], cut[1]) and said == [] and sorted(os.listdir(tmp_path)) == [JOURNAL, store.OPEN]
     files.end()
     assert store.read(str(tmp_path / store.KEPT))[0] == cut[0] and sorted(os.listdir(tmp_path)) == KEPT
+
+
+def test_a_slow_disk_holds_up_no_look(run, tmp_path, cut, monkeypatch):
+    """The tool is followed while the disk takes its time with the note that there is a stock; the end waits for it."""
+    os.unlink(tmp_path / store.KEPT)
+    files, said = run()
+    sent, done, write = threading.Event(), threading.Event(), open_mark.write_durable
+
+    def slow(*given):
+        sent.set()
+        assert done.wait(60.0)
+        write(*given)
+    monkeypatch.setattr(open_mark, 'write_durable', slow)
+    files.stock.put(*cut)
+    files.component.update({'ready': True})
+    files.step(0.0)
+    files.step(0.0)
+    assert sent.wait(60.0) and not os.path.exists(tmp_path / store.OPEN)
+    threading.Timer(0.1, done.set).start()
+    files.end()
+    assert sorted(os.listdir(tmp_path)) == KEPT and said == []
 
 
 def test_an_assumed_stock_is_not_kept(run, tmp_path, cut):
@@ -176,6 +199,7 @@ def test_a_refused_stock_does_not_come_back_after_cuts_and_a_power_loss(run, tmp
     files, _said = run(capacity=100)
     files.was_on = True
     files.step(0.0)
+    files.open_mark.wait()
     files, said = run()
     assert said == [NOT_KNOWN] and files.stock.taken is None
 

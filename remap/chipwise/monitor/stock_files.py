@@ -17,10 +17,11 @@ from contextlib import nullcontext
 from dataclasses import replace
 
 from chipwise.host.clock import patience
-from chipwise.host.files import JOURNAL, printable, read_bytes, remove_durable, write_durable
+from chipwise.host.files import JOURNAL, printable, read_bytes, remove_durable
 from chipwise.monitor.clamps_in_force import ClampsInForce
 from chipwise.monitor.known import LARGEST_S32
 from chipwise.monitor.live_stock import LiveStock
+from chipwise.monitor.open_mark import OpenMark
 from chipwise.stock import journal, reasons
 from chipwise.clib.layout import FileRequest
 
@@ -28,7 +29,6 @@ HELD_TIMEOUT_S = 10.0       # for the tracker's answer, which comes in its next 
 
 NOT_ENDED = ('the stock of the last run is not known ([CHIPWISE]KEEP_STOCK): LinuxCNC or chipwise-monitor did not end in order (power loss, crash); '
              'define it with M250, or restore it with M254')
-OPEN_TEXT = b"A run of LinuxCNC with [CHIPWISE]KEEP_STOCK has a stock. If none runs, it did not end in order, and the stock as saved last is in kept.journal.\n"
 MOST_OPEN = 4096
 
 
@@ -56,7 +56,7 @@ class StockFiles:
         self.was_on = False         # the machine, in this run: it may have cut
         self.kept_refused = False   # the stock of the last run is still in its file
         self.refused_journal = False    # and that is JOURNAL
-        self.is_marked = False      # store.OPEN is there
+        self.open_mark = OpenMark(self.path)      # this run has a stock
         self.live = None            # LiveStock, with KEEP_STOCK
 
     def path(self, name):
@@ -87,7 +87,7 @@ class StockFiles:
             self.refused_journal = False
             self.remove(self.path(JOURNAL))
         if self.settings['KEEP_STOCK'] and (self.component['ready'] and self.component['certain'] or self.kept_refused and self.was_on):
-            self.mark()
+            self.open_mark.write()
 
     def attach(self):
         """The map, attached from the first period on: it is still needed when everything else has ended."""
@@ -237,7 +237,8 @@ class StockFiles:
         if reply == reasons.DONE:
             self.live.adopt(replace(journal.read_note(path) or journal.Note(time.time()), removed=self.stock.removed))
             self.live.look()        # before the mark: at any moment one of the files has the stock
-            self.mark()             # before: a power loss may bring the deleted file back
+            self.open_mark.write()
+            self.open_mark.wait()       # before: a power loss may bring the deleted file back
             self.remove_kept(path)
         self.kept_refused = reply not in (reasons.DONE, reasons.NO_FILE)
         if self.kept_refused:
@@ -282,20 +283,6 @@ class StockFiles:
             self.remove(self.path(JOURNAL))
             self.live.start()
 
-    def mark(self):
-        """Note, once, that this run has a stock, or may have cut the one in the file: if the note is there at the next start, that start
-        knows that nothing was kept."""
-        if self.is_marked:
-            return
-        from chipwise.stock import store
-        self.is_marked = True
-        path = self.path(store.OPEN)
-        try:
-            os.makedirs(os.path.dirname(path), exist_ok=True)
-            write_durable(path, OPEN_TEXT, store.UNFINISHED)
-        except OSError as error:
-            print(printable(f'chipwise: {path} was not written: {error.strerror}; without it a power loss is not seen at the next start'), flush=True)
-
     def end(self):
         """Save the stock for the next run and detach the map."""
         try:
@@ -318,6 +305,7 @@ class StockFiles:
             self.remove_kept(path)
         if reply == reasons.DONE:
             self.keep_note(path)
+        self.open_mark.wait()
         if reply in (reasons.DONE, reasons.NO_STOCK):
             self.remove(self.path(store.OPEN))              # first: while it is there, JOURNAL counts
             if self.live and not self.refused_journal:

@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The note that this run of LinuxCNC has a stock, or may have cut the one that was kept: if it is there at the next start, that run did not end in order.
+
+Called by stock_files.py.  A thread writes it: a disk may take seconds until something is surely on it, and the tool is followed meanwhile.
+"""
+
+import os
+import threading
+
+from chipwise.host.files import printable, write_durable
+from chipwise.stock import store
+
+TEXT = b"A run of LinuxCNC with [CHIPWISE]KEEP_STOCK has a stock. If none runs, it did not end in order, and the stock as saved last is in kept.journal.\n"
+
+
+class OpenMark:
+    """The file store.OPEN of one run."""
+
+    def __init__(self, path):
+        """path: function of the name of a file -> its path in STOCK_DIR."""
+        self.path, self._thread = path, None
+
+    def write(self):
+        """Once; returns at once."""
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._write, daemon=True)
+            self._thread.start()
+
+    def wait(self):
+        """Until it is on the disk, if it was to be written."""
+        if self._thread:
+            self._thread.join()
+
+    def _write(self):
+        path = self.path(store.OPEN)
+        try:
+            os.makedirs(os.path.dirname(path), exist_ok=True)
+            write_durable(path, TEXT, store.UNFINISHED)
+        except OSError as error:
+            print(printable(f'chipwise: {path} was not written: {error.strerror}; without it a power loss is not seen at the next start'), flush=True)
