@@ -13,38 +13,17 @@ Each step prints a line with its seconds; exit status 1 with the reason when one
 import glob
 import os
 import platform
-import subprocess
 import sys
 import time
 
-USER = 'user'
-HOME = '/home/' + USER
+from package_trial import HOME, USER, Failed, need, run         # apt asks no questions then
+
 APT = ('apt-get', '-q', '-y', '--no-install-recommends', 'install')
 MODULES = '/usr/lib/linuxcnc/modules/'
 COMPONENTS = ('chipwise_inputs', 'chipwise_command', 'stock_tracker', 'volumetric_feed', 'chipwise_guard', 'spindle_sim', 'tracer', 'tracer_model',
               'tracer_slave', 'tracer_offset')
 # What rtapi_app has loaded when it loads a component
 LIBRARIES = ('/usr/bin/rtapi_app', MODULES + 'hal_lib.so', '/lib/*/libc.so.6', '/lib/*/libm.so.6', '/lib/ld-linux-*.so.*', '/usr/lib/liblinuxcnchal.so.0')
-os.environ.update(DEBIAN_FRONTEND='noninteractive')
-
-
-class Failed(Exception):
-    """A step with another outcome than it has to have."""
-
-
-def run(*command, user=False, **more):
-    """-> what a command printed, errors included."""
-    if user:
-        command = ('setpriv', '--reuid', USER, '--regid', USER, '--init-groups', 'env', 'HOME=' + HOME, 'USER=' + USER, *command)
-    done = subprocess.run(command, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, **{'stdin': subprocess.DEVNULL, **more})
-    if done.returncode:
-        raise Failed('%s: status %d\n%s' % (' '.join(command), done.returncode, done.stdout[-3000:]))
-    return done.stdout
-
-
-def need(condition, what):
-    if not condition:
-        raise Failed(what)
 
 
 def machine(path):
@@ -69,17 +48,17 @@ def version():
     """Step 2."""
     with open('VERSION') as handle:
         wanted = handle.read().strip()
-    said = run('chipwise', '--version', user=True).strip()
+    said = run('chipwise', '--version', user=USER).strip()
     need(wanted in said, 'chipwise --version is "%s", not %s' % (said, wanted))
-    run('chipwise', 'load', '--check', user=True)
+    run('chipwise', 'load', '--check', user=USER)
     return said
 
 
 def interpreter():
     """Step 3."""
     folder = HOME + '/machines'
-    run('chipwise', 'new-config', folder, user=True)
-    motion = run('chipwise', 'try', 'nc_files/slots.ngc', '--ini', 'mill.ini', user=True, cwd=folder)
+    run('chipwise', 'new-config', folder, user=USER)
+    motion = run('chipwise', 'try', 'nc_files/slots.ngc', '--ini', 'mill.ini', user=USER, cwd=folder)
     need('STRAIGHT_FEED' in motion and 'PROGRAM_END' in motion, 'slots.ngc does not move or end:\n' + motion[-2000:])
     return '%d lines of motion' % motion.count('\n')
 

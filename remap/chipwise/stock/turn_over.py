@@ -84,7 +84,7 @@ def turned_over(head: Head, cells: np.ndarray, about: str, corner: tuple[float, 
 
 
 def asked(path: str, most_cells: int) -> tuple[Head, np.ndarray]:
-    """(head, cells) of the turned stock that a request of M254 (turn_request.py) names; its slot's file stays as it is.  Raises StoreError."""
+    """(head, cells) of the turned stock that a request of M254 (turn_request.py) names; its slot's file is not changed.  Raises StoreError."""
     try:
         request = turn_request.read(path)
     except (OSError, ValueError) as error:
