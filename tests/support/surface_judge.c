@@ -1,24 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* The lowest edge of a tool over needles, for surface_judge.py, which calls it.  Units: mm. */
-#include <math.h>
-
-struct tool {
-    double radius, corner;
-    double touch;               /* radius at which the corner's round becomes the cone; below 0: no cone */
-    double foot, tangent;       /* of the cone: height that it would have on the axis, mm across per mm up */
-};
-
-static double above_tip(const struct tool *t, double r)
-{
-    double inner = fmax(r - (t->radius - t->corner), 0.0);
-
-    if (t->touch >= 0.0) {
-        if (r > t->touch)
-            return t->foot + r / t->tangent;
-        inner = r;
-    }
-    return t->corner - sqrt(fmax(t->corner * t->corner - inner * inner, 0.0));
-}
+#include "tool_profile.h"
 
 /* under[k]: the lowest height of the edge over needle k with the tip at any of the points; infinite for a needle beside all of them.
  * xy: needles, x y; points: x y z. */

@@ -4,12 +4,12 @@
 Shares nothing with the package but the moves: the lowest tip comes from drop_oracle.py, the stock is a set of needles.
 """
 import ctypes as C
-import math
 from functools import lru_cache
 
 import numpy as np
 
 from support import ROOT, drop_oracle
+from support.drop_oracle import tool_of
 
 LIBRARY = ROOT / "build" / "tests" / "support" / "surface_judge.so"
 STEP = 0.05             # mm, between the positions of a move that are looked at
@@ -51,25 +51,11 @@ def positions(moves, start):
     return found
 
 
-class Tool(C.Structure):
-    """struct tool of surface_judge.c."""
-    _fields_ = [(name, C.c_double) for name in ("radius", "corner", "touch", "foot", "tangent")]
-
-
 @lru_cache(maxsize=None)
 def library():
     found, p = C.CDLL(str(LIBRARY)), C.c_void_p
     found.surface_under.argtypes, found.surface_under.restype = [p, p, C.c_long, p, C.c_long, p], None
     return found
-
-
-def tool_of(shape):
-    """drop_oracle.profile() of a tool, as the C file has it."""
-    radius, half = shape.diameter / 2, math.radians(shape.tip_angle) / 2
-    corner = min(shape.corner_radius, radius)
-    if not half:
-        return Tool(radius, corner, -1.0, 0.0, 1.0)
-    return Tool(radius, corner, corner * math.cos(half), corner - corner / math.sin(half), math.tan(half))
 
 
 def lowest_edge(xy, points, shape):
@@ -107,7 +93,7 @@ def gouge_and_rest(moves, start, triangles, shape, floor, count, seed, allowance
     grown = dataclasses.replace(shape, diameter=shape.diameter + 2 * allowance, corner_radius=shape.corner_radius + allowance) if allowance else shape
     points = np.concatenate([p for is_rapid, p in positions(moves, start) if not is_rapid and np.hypot(*(p[-1] - p[0])[:2]) > 1e-9])
     points = points[np.random.default_rng(seed).integers(0, len(points), count)]
-    lowest = np.array([max(floor, drop_oracle.lowest(triangles, grown, x, y, floor - allowance) + allowance) for x, y, _z in points])
+    lowest = np.maximum(floor, drop_oracle.all_lowest(triangles, grown, points[:, :2], floor - allowance) + allowance)
     return float((lowest - points[:, 2]).max()), float((points[:, 2] - lowest).max())
 
 
