@@ -14,7 +14,7 @@ from chipwise.tool_data.materials import Material, find_material
 from chipwise.monitor import worker
 from chipwise.monitor.limits import DEFAULT, NO_MATERIAL, UNBENT, UNFORCED, Limits
 from chipwise.monitor.saying import Saying
-from chipwise.monitor.tool_shape import Tool, tool_shape
+from chipwise.monitor.tool_shape import Cutting, Tool, tool_shape
 from chipwise.settings import parse_settings, power_at
 from chipwise.clib import core, layout
 from chipwise.tool_data.geometry import ToolGeometry
@@ -58,10 +58,10 @@ def test_the_material_of_a_set_up_while_it_is_in_force():
     """Comment, set-up, INI; nothing is said to lack before the set-up was read, nor of a default chip that waits to be said."""
     watch, pins, _said = limits(SPINDLE_POWER="800")
     opened(watch, b"G0 X0", is_read=False)
-    watch.default_chip(3, Tool(6.0, flutes=2), 1.0)
+    watch.default_chip(3, Tool(6.0, cutting=Cutting(flutes=2)), 1.0)
     watch.set_up("C45", True)
     assert not watch.saying.texts and (pins["specific-force"], pins["force-exponent"]) == (1500, 0.22) and watch.material.name == "C45"
-    assert watch.default_chip(3, Tool(6.0, flutes=2), 1.0) == 0.025
+    assert watch.default_chip(3, Tool(6.0, cutting=Cutting(flutes=2)), 1.0) == 0.025
     watch.set_up("C45", True)
     assert watch.saying.texts == [DEFAULT.format(tool=3, chip=0.025, material="C45")]
     watch.set_up("", True)
@@ -132,7 +132,7 @@ def test_powers_that_are_none(text):
 def test_the_chip_of_a_tool(tmp_path):
     path = tmp_path / "t.toml"
     path.write_text("[tool.3]\nflutes = 2\nchip_load = 0.04\n[tool.4]\nflutes = 2\n")
-    assert [tool_shape(number, 0.25, str(path), 1 / 25.4).max_chip for number in (3, 4, 5)] == [0.04, 0.0, 0.0]
+    assert [tool_shape(number, 0.25, str(path), 1 / 25.4).cutting.max_chip for number in (3, 4, 5)] == [0.04, 0.0, 0.0]
 
 
 def test_m251_without_q_where_no_limit_is_known():
@@ -155,11 +155,11 @@ def test_m251_without_q_where_no_limit_is_known():
 def test_the_default_chip_of_a_tool():
     """By diameter and material, said once for each program; none without flutes, material or with DEFAULT_CHIP = no."""
     watch, _pins, said = limits()
-    tool = Tool(6.0, flutes=2)
+    tool = Tool(6.0, cutting=Cutting(flutes=2))
     watch.program(b"G0 X0")
     assert watch.default_chip(3, tool, 1.0) == 0.0 and not said
     watch.program(b"(MATERIAL,NAME=6061)")
-    assert [watch.default_chip(3, one, units) for one, units in ((tool, 1.0), (tool, 1.0), (Tool(6.0), 1.0), (Tool(), 1.0), (Tool(6.0 / 25.4, flutes=2), 1 / 25.4))] == [0.05, 0.05, 0.0, 0.0, 0.05]
+    assert [watch.default_chip(3, one, units) for one, units in ((tool, 1.0), (tool, 1.0), (Tool(6.0), 1.0), (Tool(), 1.0), (Tool(6.0 / 25.4, cutting=Cutting(flutes=2)), 1 / 25.4))] == [0.05, 0.05, 0.0, 0.0, 0.05]
     assert watch.saying.texts == [DEFAULT.format(tool=3, chip=0.05, material="6061")]
     watch, _pins, said = limits(MATERIAL="6061", DEFAULT_CHIP="no")
     watch.program(b"G0 X0")
@@ -188,9 +188,9 @@ def test_the_bending_of_a_tool(tmp_path):
     """0.02 mm of 6 mm carbide that sticks out 30 mm: 3 E I / L^3 by hand; in inches the same."""
     shape = bent(tmp_path, 'flutes = 2\nstick_out = 30\nmaterial = "carbide"\ndeflection = 0.02\n')
     stiff = 3.0 * 580e3 * math.pi * 6.0 ** 4 / 64.0 / 30.0 ** 3
-    assert shape.stiffness == pytest.approx(stiff) and shape.max_force == pytest.approx(0.02 * stiff) and shape.unbent == ""
+    assert shape.shank.stiffness == pytest.approx(stiff) and shape.shank.max_force == pytest.approx(0.02 * stiff) and shape.shank.unbent == ""
     inch = tool_shape(3, 6.0 / 25.4, str(tmp_path / "tools.toml"), 1.0 / 25.4)
-    assert inch.max_force == pytest.approx(shape.max_force)
+    assert inch.shank.max_force == pytest.approx(shape.shank.max_force)
 
 
 def test_what_the_bending_lacks_is_said_once(tmp_path):
@@ -200,7 +200,7 @@ def test_what_the_bending_lacks_is_said_once(tmp_path):
     for _ in range(3):
         watch.note_bending(3, shape)
     said = watch.saying.texts
-    assert said == [UNBENT.format(tool=3, what="stick_out and material")] and shape.max_force == 0.0
+    assert said == [UNBENT.format(tool=3, what="stick_out and material")] and shape.shank.max_force == 0.0
     whole = bent(tmp_path, 'flutes = 2\nstick_out = 30\nmaterial = "hss"\ndeflection = 0.02\n')
     watch.note_bending(3, whole)
     assert len(said) == 1

@@ -62,7 +62,7 @@ class Limits:
 
     def default_chip(self, number, shape, units):
         """The largest chip (mm) of a tool without chip_load, said once; 0: none.  shape: Tool in machine units, `units` a mm."""
-        chip = default_chip(shape.diameter / units, shape.flutes, self.material) if self.settings['DEFAULT_CHIP'] else 0.0
+        chip = default_chip(shape.diameter / units, shape.cutting.flutes, self.material) if self.settings['DEFAULT_CHIP'] else 0.0
         if chip and (number, chip, self.material.name) not in self.told:
             self.told.add((number, chip, self.material.name))
             self.saying.tell(DEFAULT.format(tool=number, chip=chip, material=self.material.name))
@@ -70,7 +70,7 @@ class Limits:
 
     def note_bending(self, number, shape):
         """Say once for each tool of a program what its `deflection` lacks."""
-        what = UNBENT.format(tool=number, what=shape.unbent) if shape.unbent else UNFORCED.format(tool=number) if shape.max_force and not self.material else ''
+        what = UNBENT.format(tool=number, what=shape.shank.unbent) if shape.shank.unbent else UNFORCED.format(tool=number) if shape.shank.max_force and not self.material else ''
         if what and what not in self.told:
             self.told.add(what)
             self.saying.tell(what)

@@ -66,10 +66,11 @@ class SpindleTool:
         pins['tool-corner-radius'] = shape.corner_radius
         pins['tool-tip-angle'] = shape.tip_angle
         pins['tool-flute-length'] = shape.flute_length
-        pins['tool-stick-out'], pins['tool-holder-diameter'] = shape.stick_out, shape.holder_diameter
-        pins['tool-flutes'], pins['max-chip'], pins['min-chip'] = shape.flutes, shape.max_chip or self.default_chip(number, shape), shape.min_chip
-        pins['tool-max-rate'] = shape.max_rate
-        pins['max-force'], pins['tool-stiffness'] = shape.max_force, shape.stiffness
+        cutting, shank = shape.cutting, shape.shank
+        pins['tool-stick-out'], pins['tool-holder-diameter'] = shank.stick_out, shank.holder_diameter
+        pins['tool-flutes'], pins['max-chip'] = cutting.flutes, cutting.max_chip or self.default_chip(number, shape)
+        pins['min-chip'], pins['tool-max-rate'] = cutting.min_chip, cutting.max_rate
+        pins['max-force'], pins['tool-stiffness'] = shank.max_force, shank.stiffness
         self.note_bending(number, shape)
         pins['tool-diameter'] = shape.diameter
 
