@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The lowest edge of a tool over needles (support/surface_judge.c) against the profile of drop_oracle.py in numpy."""
+"""The lowest edge of a tool over needles, and what moves take off them (support/surface_judge.c), against the profile of drop_oracle.py in numpy."""
 import numpy as np
 import pytest
 
@@ -34,8 +34,31 @@ def test_the_lowest_edge(shape):
     assert seen > 300
 
 
+@pytest.mark.parametrize("shape", SHAPES)
+def test_what_a_move_takes(shape):
+    """Bits of 1, 7 and all points of a move, one after the other; without a cut the needles stay."""
+    rng, seen = np.random.default_rng(random_seed()), 0
+    for size, count in ((1, 30), (7, 30), (30, 30), (5, 1)):
+        needles = surface_judge.Needles((0, 0), (20, 20), 0.0, 500, int(rng.integers(1000)))
+        height = needles.height = rng.uniform(-3, 1, 500)
+        points = np.linspace(rng.uniform(0, 20, 3) - (0, 0, 22), rng.uniform(0, 20, 3) - (0, 0, 22), count)
+        for cuts in (False, True):
+            before, found = height.copy(), needles.taken(points, SHAPES[shape], size, cuts)
+            wanted, left = [], before.copy()
+            for first in range(0, max(1, count - 1), size):
+                under = in_numpy(needles.xy, points[first:first + size + 1], SHAPES[shape])
+                wanted.append(max(0.0, (left - under).max()))
+                left = np.minimum(left, under) if cuts else left
+            assert np.allclose(found, wanted, rtol=0, atol=1e-12) and np.allclose(needles.height, left, rtol=0, atol=1e-12)
+            assert (needles.height != before).any() == cuts
+            seen += (found > 0).sum()
+    assert seen > 20
+
+
 def test_a_tool_that_is_wider_is_seen(monkeypatch):
     tool = surface_judge.tool_of(Shape(6.01))
     monkeypatch.setattr(surface_judge, "tool_of", lambda shape: tool)
     with pytest.raises(AssertionError):
         test_the_lowest_edge("flat")
+    with pytest.raises(AssertionError):
+        test_what_a_move_takes("flat")

@@ -55,6 +55,7 @@ def positions(moves, start):
 def library():
     found, p = C.CDLL(str(LIBRARY)), C.c_void_p
     found.surface_under.argtypes, found.surface_under.restype = [p, p, C.c_long, p, C.c_long, p], None
+    found.surface_taken.argtypes, found.surface_taken.restype = [p, p, p, C.c_long, p, C.c_long, C.c_long, C.c_int, p], None
     return found
 
 
@@ -72,17 +73,21 @@ class Needles:
         self.xy = np.random.default_rng(seed).uniform(low[:2], high[:2], (count, 2))
         self.height = np.full(count, float(top))
 
+    def taken(self, points, shape, size, cuts):
+        """mm that each bit of a move, `size` positions and the next one, takes off a needle at most; cuts: whether they are lower afterwards."""
+        points, self.xy, self.height = (np.ascontiguousarray(values, float) for values in (points, self.xy, self.height))
+        found = np.empty(max(1, len(range(0, len(points) - 1, size))))
+        library().surface_taken(C.byref(tool_of(shape)), self.xy.ctypes.data, self.height.ctypes.data, len(self.xy),
+                                points.ctypes.data, len(points), size, cuts, found.ctypes.data)
+        return found
+
     def follow(self, moves, start, shape, positions=positions):
         """Cuts along the feed moves; -> how deep (mm) each rapid is in the stock.  positions: how moves become positions."""
-        radius, depths = shape.diameter / 2, []
+        depths = []
         for is_rapid, points in positions(moves, start):
-            near = np.flatnonzero((self.xy >= points[:, :2].min(axis=0) - radius).all(axis=1)
-                                  & (self.xy <= points[:, :2].max(axis=0) + radius).all(axis=1))
-            under = lowest_edge(self.xy[near], points, shape)
+            taken = self.taken(points, shape, len(points), not is_rapid)
             if is_rapid:
-                depths.append(max(0.0, float((self.height[near] - under).max(initial=0.0))))
-            else:
-                self.height[near] = np.minimum(self.height[near], under)
+                depths.append(float(taken[0]))
         return depths
 
 
@@ -112,19 +117,14 @@ AIR_MM, BIT_MM = 1e-4, 0.25       # a bit of a feed move that lowers no needle b
 
 def feed_figures(needles, moves, start, shape):
     """Cuts the needles along the feed moves -> {feed: (mm in all, mm in air)}, deepest mm that a bit of a move takes off a needle."""
-    radius, lengths, deepest = shape.diameter / 2, {}, 0.0
+    lengths, deepest = {}, 0.0
     for move, (is_rapid, points) in zip(moves, positions(moves, start)):
         if is_rapid:
             continue
         size = max(1, int(BIT_MM / max(np.linalg.norm(points[-1] - points[0]) / (len(points) - 1), 1e-9)))
-        for first in range(0, len(points) - 1, size):
-            bit = points[first:first + size + 1]
-            near = np.flatnonzero((needles.xy >= bit[:, :2].min(axis=0) - radius).all(axis=1) & (needles.xy <= bit[:, :2].max(axis=0) + radius).all(axis=1))
-            under = lowest_edge(needles.xy[near], bit, shape)
-            taken = float((needles.height[near] - under).max(initial=0.0))
-            needles.height[near] = np.minimum(needles.height[near], under)
-            all_mm, air_mm = lengths.get(move.feed, (0.0, 0.0))
-            length = float(np.linalg.norm(bit[-1] - bit[0]))
-            lengths[move.feed] = all_mm + length, air_mm + (length if taken <= AIR_MM else 0.0)
-            deepest = max(deepest, taken)
+        taken = needles.taken(points, shape, size, True)
+        length = np.linalg.norm(np.diff(points[[*range(0, len(points) - 1, size), -1]], axis=0), axis=1)
+        all_mm, air_mm = lengths.get(move.feed, (0.0, 0.0))
+        lengths[move.feed] = all_mm + length.sum(), air_mm + length[taken <= AIR_MM].sum()
+        deepest = max(deepest, taken.max())
     return lengths, deepest
