@@ -257,20 +257,14 @@ long judge_force(const double *blank, long tool_count, const double *sizes, cons
                  const double *ends, const int *tool_of, double step, long room, double *places)
 {
     const struct blank *b = (const struct blank *)blank;
-    struct tool *tools = calloc(tool_count, sizeof *tools);
-    struct chord *chords;
+    struct run r = open_run(tool_count, sizes, count, ends, tool_of);
     struct history h;
-    double path = 0.0, next = 0.0, widest = 0.0;
+    double path = 0.0, next = 0.0;
     long i, made = 0;
 
-    for (i = 0; i < tool_count; i++) {
-        tools[i] = make_tool(sizes + 3 * i);
-        widest = fmax(widest, tools[i].radius);
-    }
-    chords = make_chords(count, ends, tool_of, tools);
-    open_history(&h, b, chords, fmax(0.3, widest / 6.0));
+    open_history_of(&h, b, &r);
     for (i = 0; i < count && made >= 0; i++) {
-        const struct chord *c = chords + i;
+        const struct chord *c = r.chords + i;
         double length = sqrt(c->l2 + c->dz * c->dz), t;
         int air = in_air(b, c);
         for (; !air && next < path + length; next += step) {
@@ -291,7 +285,6 @@ long judge_force(const double *blank, long tool_count, const double *sizes, cons
             remember(&h, (int)i);
     }
     close_history(&h);
-    free(chords);
-    free(tools);
+    close_run(&r);
     return made;
 }

@@ -99,24 +99,19 @@ int judge_needles(const double *blank, long tool_count, const double *sizes, lon
 {
     const struct blank *b = (const struct blank *)blank;
     struct grid g = {b, spacing, cos(turn), sin(turn), (int)(2.0 * reach(b) / spacing) + 3, NULL};
-    struct tool *tools;
-    struct chord *chords;
+    struct run r;
     double gone = 0.0;
     long k;
 
     if (plant(&g))
         return -1;
-    tools = calloc(tool_count, sizeof *tools);
-    for (k = 0; k < tool_count; k++)
-        tools[k] = make_tool(sizes + 3 * k);
-    chords = make_chords(count, ends, tool_of, tools);
+    r = open_run(tool_count, sizes, count, ends, tool_of);
     for (k = 0; k < count; k++) {
-        if (!in_air(b, chords + k))
-            gone = cut_chord(&g, chords + k, gone);
+        if (!in_air(b, r.chords + k))
+            gone = cut_chord(&g, r.chords + k, gone);
         volume[k] = gone * spacing * spacing;
     }
     free(g.needle);
-    free(chords);
-    free(tools);
+    close_run(&r);
     return 0;
 }

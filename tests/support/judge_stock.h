@@ -311,4 +311,37 @@ static inline struct chord *make_chords(long count, const double *ends, const in
     return made;
 }
 
+/* Tools and chords of a run. */
+struct run {
+    struct tool *tools;
+    struct chord *chords;
+    double widest;              /* radius of its largest tool */
+};
+
+/* sizes: 3 of each tool */
+static inline struct run open_run(long tool_count, const double *sizes, long count, const double *ends, const int *tool_of)
+{
+    struct run r = {calloc(tool_count, sizeof *r.tools), NULL, 0.0};
+    long k;
+
+    for (k = 0; k < tool_count; k++) {
+        r.tools[k] = make_tool(sizes + 3 * k);
+        r.widest = fmax(r.widest, r.tools[k].radius);
+    }
+    r.chords = make_chords(count, ends, tool_of, r.tools);
+    return r;
+}
+
+/* The history of a run, with patches that suit its tools. */
+static inline void open_history_of(struct history *h, const struct blank *b, const struct run *r)
+{
+    open_history(h, b, r->chords, fmax(0.3, r->widest / 6.0));
+}
+
+static inline void close_run(struct run *r)
+{
+    free(r->chords);
+    free(r->tools);
+}
+
 #endif
