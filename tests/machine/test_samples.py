@@ -9,7 +9,7 @@ from support import samples, samples_table
 
 pytestmark = pytest.mark.machine
 
-IN_TEST = ['lathe', 'gmoccapy', 'remap/getting-started', 'remap/getting-started, docs/user/install.md', 'qtplasmac', 'twopass']
+IN_TEST = ['lathe', 'gmoccapy', 'remap/getting-started', 'remap/getting-started, docs/user/install.md', 'qtplasmac']
 
 
 @pytest.fixture(scope='module')
@@ -23,6 +23,21 @@ def test_sample(name, installed, tmp_path):
     if samples.missing(sample):
         pytest.skip(samples.missing(sample))
     assert samples.verdict(sample, samples.run(sample, str(tmp_path), installed)) == ''
+
+
+def test_twopass_is_refused_and_leaves_nothing_in_tmp(installed, tmp_path):
+    """LinuxCNC's twopass.tcl writes each HAL file into /tmp, for good; in the sandbox it is a file of the sandbox."""
+    name = f'mine{os.getpid()}.hal'
+
+    def edit(ini):
+        with open(os.path.join(os.path.dirname(ini), name), 'w') as handle:
+            handle.write('loadrt and2\naddf and2.0 servo-thread\n')
+        replaced(os.path.basename(ini), 'HALFILE = chipwise.hal', f'HALFILE = {name}\nHALFILE = chipwise.hal')(ini)
+    sample = samples.named('twopass')
+    result = samples.run(sample, str(tmp_path), installed, edit=edit)
+    assert samples.verdict(sample, result) == ''
+    assert f'twopass:found ./{name}' in result['output']
+    assert not os.path.exists(f'/tmp/tmp_{name}')
 
 
 def test_a_rotary_axis_that_turns_ends_the_stock(installed, tmp_path):
@@ -89,6 +104,18 @@ def test_the_table_in_the_docs_is_that_of_the_rows():
     assert set(cells) == {sample.name for sample in samples.SAMPLES}
     with open(samples_table.TABLE) as handle:
         assert handle.read().splitlines()[-len(samples.SAMPLES) - 2:] == samples_table.table_lines(cells)
+
+
+def test_a_run_in_which_axis_gave_up_is_done_again(monkeypatch):
+    """As often as DRIVES; any other refusal is the row's."""
+    def runs(**result):
+        calls = []
+        monkeypatch.setattr(samples, 'driven', lambda: calls.append(0) or {'errors': [], 'started': False, 'output': '', **result})
+        samples.drive()
+        return len(calls)
+    assert runs(output=f'{samples.AXIS_WAITED}<0>, s.kinematics_type<0>') == samples.DRIVES
+    assert runs() == runs(started=True, output=samples.AXIS_WAITED) == 1
+    assert runs(started=True, paused=samples.PAUSE_S, errors=[samples.AWAY]) == samples.DRIVES
 
 
 def test_the_checker_sees_what_is_wrong():

@@ -6,6 +6,7 @@ Called by sandbox.py inside the namespaces, by unisolated.py, which only copies,
 
 import glob
 import os
+import re
 import shutil
 
 from chipwise.machine.namespaces import MS_BIND, mount
@@ -85,14 +86,14 @@ def own_folder(path):
 
 
 def cover_script(scratch, home):
-    """Cover the linuxcnc script by one whose lock file and logs are in HOME."""
+    """Cover the linuxcnc script by one whose files are in HOME, not in /tmp."""
     script, copy = own_script(scratch, home)
     if script:
         mount(copy, script, None, MS_BIND)
 
 
 def own_script(folder, home):
-    """-> (the linuxcnc script or None, a copy in folder whose lock file and logs are in HOME)."""
+    """-> (the linuxcnc script or None, a copy in folder whose lock file and logs are in HOME, and the HAL files that twopass.tcl writes)."""
     script = shutil.which('linuxcnc')
     if script is None:
         return None, None
@@ -101,9 +102,21 @@ def own_script(folder, home):
         text = handle.read()
     copy = os.path.join(folder, 'linuxcnc')
     with open(copy, 'w', errors='surrogateescape') as handle:
-        handle.write(text.replace('/tmp/linuxcnc.', home + '/linuxcnc.'))
+        handle.write(with_own_twopass(text.replace('/tmp/linuxcnc.', home + '/linuxcnc.'), folder))
     os.chmod(copy, 0o755)
     return script, copy
+
+
+def with_own_twopass(text, folder):
+    """The text of the linuxcnc script with a copy of its twopass.tcl, which writes /tmp/tmp_NAME for each HAL file, lets it lie there, and
+    does not start with that of another user."""
+    found = re.search(r'^ *CFGFILE=(\S+/twopass\.tcl)$', text, re.MULTILINE)
+    if not found or not os.path.isfile(found[1]):
+        return text
+    copy = os.path.join(folder, 'twopass.tcl')
+    with open(found[1], errors='surrogateescape') as source, open(copy, 'w', errors='surrogateescape') as handle:
+        handle.write(source.read().replace('/tmp/tmp_[file tail $f]', '[file join $::env(HOME) tmp_[file tail $f]]'))
+    return text.replace(found[1], copy)
 
 
 def nml_lists():
