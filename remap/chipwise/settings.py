@@ -21,6 +21,9 @@ SECTION = "CHIPWISE"
 MIN_ANGLE = 0.1
 _ANGLE_RULE = f"an angle from {MIN_ANGLE:g} to 90 degrees"
 
+# Maximum length that a finished wall is run on over its start, mm
+MAX_SEAM_OVERLAP = 100.0
+
 # What an alarm of the spindle's load does, in the order of chip_load_action
 LOAD_ACTIONS = ("say", "hold", "slow")
 
@@ -143,6 +146,7 @@ SETTINGS = {
     "DEADBAND": Setting(0.0, "", _number, lambda v: 0 <= v <= 1, "a share from 0 to 1"),
     "APPROACH_ANGLE": Setting(30.0, "deg", _number, lambda v: MIN_ANGLE <= v <= 90, _ANGLE_RULE),
     "RAMP_ANGLE": Setting(3.0, "deg", _number, lambda v: MIN_ANGLE <= v <= 90, _ANGLE_RULE),
+    "SEAM_OVERLAP": Setting(0.3, "mm", _number, lambda v: 0 <= v <= MAX_SEAM_OVERLAP, f"a length from 0 to {MAX_SEAM_OVERLAP:g} mm"),
     "ALLOWANCE": Setting(0.0, "mm", _number, lambda v: 0 <= v <= 100, "a length from 0 to 100 mm"),
     "SURFACE_TOLERANCE": Setting(0.01, "mm", _number, lambda v: 0.001 <= v <= 1, "a length from 0.001 to 1 mm"),
     "STOCK_DIR": Setting("stock", "path", str, lambda v: v != "", "the path of a folder"),

@@ -36,6 +36,7 @@ def test_reads_one_section_only():
     ("MAP_SIZE = 300", "[CHIPWISE]MAP_SIZE = 300 is not two lengths above 0 mm, X and Y; correct the INI file"),
     ("CHOP_SIZE = {x}", "[CHIPWISE]CHOP_SIZE = {x} is not 0 (never chop) or a length of 0.1 mm or more; correct the INI file"),
     ("ANALOG_OUT = 1.5", "[CHIPWISE]ANALOG_OUT = 1.5 is not " + settings.SETTINGS["ANALOG_OUT"].rule + "; correct the INI file"),
+    ("SEAM_OVERLAP = 101", "[CHIPWISE]SEAM_OVERLAP = 101 is not a length from 0 to 100 mm; correct the INI file"),
     ("RAMP_ANGLE = 91", "[CHIPWISE]RAMP_ANGLE = 91 is not an angle from 0.1 to 90 degrees; correct the INI file"),
 ])
 def test_broken_values(line, message):

@@ -12,7 +12,7 @@ from chipwise.geometry.base.contour import make_contour
 from chipwise.geometry.pocket import entries, machinable
 from chipwise.geometry.pocket.strategies import NAMES
 from chipwise.geometry.pocket.tracks import make_track
-from chipwise.moves import Arc, Line, Rapid
+from chipwise.moves import Arc, Rapid
 from support.pocket_requests import request, walked, faults
 from support.pocket_random import circle, rectangle
 
@@ -29,10 +29,10 @@ def test_helix_then_ramp_then_plunge():
     wide = cycle.pocket_plan(request())
     first = [m for m in wide.moves if not isinstance(m, Rapid)][0]
     assert isinstance(first, Arc) and first.z is not None and wide.plunges == ()
-    narrow = cycle.pocket_plan(request((rectangle(0, 0, 6.5, 40),)))
-    first = [m for m in narrow.moves if not isinstance(m, Rapid)][0]
-    assert isinstance(first, Line) and first.z is not None and first.z < 1.0 and narrow.plunges == ()
-    short = cycle.pocket_plan(request((rectangle(0, 0, 6.5, 8),)))
+    narrow = request((rectangle(0, 0, 6.5, 40),))
+    first = [e for e in walked(narrow) if e.kind != "rapid"][0]
+    assert first.b[2] < 1.0 and math.dist(first.a[:2], first.b[:2]) > 0.1 and cycle.pocket_plan(narrow).plunges == ()
+    short = cycle.pocket_plan(request((rectangle(0, 0, 6.5, 6.8),)))
     assert len(short.plunges) == 1
     text, _ = short.notes[0]
     assert text == "no clearance for a helix or a ramp, so the tool plunges at E in 1 place, the first at X{x} Y{y}"

@@ -215,14 +215,14 @@ def test_a_corner_is_left_on_an_arc():
 
 def test_the_tool_leaves_a_wall_before_it_goes_up():
     """Of a wall that is run all around: over its seam, and away on an arc tangent to it."""
-    planner = engage.Planner(region("circle"), RADIUS, STEP, 25.0, 0.2)
+    planner = engage.Planner(region("circle"), RADIUS, STEP, 25.0, 0.2, overlap=0.3)
     wall, = planner.walls
     planner.ground.clear(wall.contour)
     planner.ground.clear(make_arcs(np.array([[19.6, 0.0]]), np.array([[19.6, 0.0]]), np.zeros((1, 2)), np.array([19.6]), np.array([2 * math.pi])))
     planner.pose = (19.6, 0.0, math.pi / 2)
     planner._along_wall(wall.contour)
     run = planner.segments[-1].elements
-    assert elements.lengths(run).sum() == pytest.approx(44 * math.pi + engage.OVERLAP * RADIUS, abs=1e-6)
+    assert elements.lengths(run).sum() == pytest.approx(44 * math.pi + 0.3, abs=1e-6)
     planner._over((0.0, 0.0))
     off, up = planner.segments[-2:]
     assert off.kind == "feed" and up.kind == "over" and np.array_equal(up.elements.start[0], off.elements.end[-1])

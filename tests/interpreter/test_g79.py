@@ -155,6 +155,16 @@ def test_ramp_angle():
         same_path(trace.between("begin", "end"), walk(cycle.pocket_plan(asked).moves, asked.start), 2e-6)
 
 
+def test_seam_overlap():
+    """INI default 0.3; the parameter wins, in the units of the program, and is refused beyond 100 mm."""
+    for before, length in (("", 0.3), ("#<_chipwise_seam_overlap> = 0", 0.0), ("#<_chipwise_seam_overlap> = 0.1", 2.54)):
+        trace = run_preview(program(before=before, unit="G20" if before else "G21"), TOOLS)
+        same_path(trace.between("begin", "end"), walk(cycle.pocket_plan(dataclasses.replace(REQUEST, seam_overlap=length)).moves, REQUEST.start), 1e-4)
+    for length in (-0.1, 100.1):
+        assert run_preview(program(before=f"#<_chipwise_seam_overlap> = {length}"), TOOLS).error.startswith(
+            f"chipwise: G79: seam overlap {length} mm is not a length from 0 to 100 mm; set #<_chipwise_seam_overlap> to a length in that range")
+
+
 def test_flute_length_is_the_default_depth_step(tmp_path):
     tools = tmp_path / "t.toml"
     tools.write_text("[tool.1]\nflute_length = 4\n")
@@ -189,9 +199,9 @@ def test_messages_of_regions_and_plunges():
     assert len(said) == 1
     assert re.match(r"chipwise: G79: 1 region of the pocket cannot be entered by this tool and stays uncut, the largest "
                     r"\(11\d\.\d mm2\) at X[\d.]+ mm Y[\d.]+ mm \(line 16\)$", said[0])
-    said = re.findall(r'MESSAGE\("(.*)"\)', run_rs274(program("G79 Q6 Z-6 R2 F600", "o6 sub\nG0 X0 Y0\nG1 X6.5\nY8\nX0\nY0\no6 endsub\n",
+    said = re.findall(r'MESSAGE\("(.*)"\)', run_rs274(program("G79 Q6 Z-6 R2 F600", "o6 sub\nG0 X0 Y0\nG1 X6.5\nY6.8\nX0\nY0\no6 endsub\n",
                                                               unit="G20"), TOOLS).output)
-    assert len(said) == 1 and said[0].startswith("chipwise: G79: no clearance for a helix or a ramp, so the tool plunges at E in 1 place, the first at X0.1378 in Y0.15748 in")
+    assert len(said) == 1 and said[0].startswith("chipwise: G79: no clearance for a helix or a ramp, so the tool plunges at E in 1 place, the first at X0.13071 in Y0.12158 in")
 
 
 # ---- refused -----------------------------------------------------------------------------------------------------

@@ -20,7 +20,7 @@ def asked(loop, **fields):
 def test_contour_parallel_paths_are_at_fault_and_constant_engagement_is_not():
     one = asked(rectangle(0, 0, 24, 20))
     assert verdicts.verdict(one).faults == []
-    found = verdicts.verdict(replace(one, strategy=0))
+    found = verdicts.verdict(replace(asked(rectangle(0, 0, 40, 24)), strategy=0))
     assert found.full > 0.2 and found.other > 30.0 and any("degrees at X" in fault for fault in found.faults)
 
 

@@ -37,6 +37,7 @@ from chipwise.geometry.base import chains
 from chipwise.geometry.pocket import entries, links, machinable, nesting, rest_material
 from chipwise.geometry.pocket.strategies import ENGAGE, NAMES, STRATEGIES
 from chipwise.geometry.pocket.inaccessible import inaccessible
+from chipwise.geometry.pocket.wall_arcs import NO_AREA_MM2, Walls
 from chipwise.geometry.base.tolerances import CONNECT_MM
 
 # Height of rapids above what is cleared. mm
@@ -71,6 +72,7 @@ class PocketRequest:
     most_moves       a cycle of more is refused
     feed_per         "min", or "rev" under G95: for messages
     traverse_clearance  that a rapid keeps from stock at its side
+    seam_overlap     the tool runs on over the start of a finished wall by this
     stock            Standing that P4 starts from; None: solid
     """
 
@@ -94,6 +96,7 @@ class PocketRequest:
     most_moves: int = MOST_MOVES
     feed_per: str = "min"
     traverse_clearance: float = 0.2
+    seam_overlap: float = 0.3
     stock: Optional[Standing] = None
 
 
@@ -223,7 +226,8 @@ def region_tracks(region, request):
     step = min(r.step, WIDEST * 2 * r.tool_radius)
     if np.ptp(region.boundary.start, axis=0).max() > MAX_PASSES * step:
         raise CycleError(f"step-over D{{d}} needs more than {MAX_PASSES} paths side by side", "use a larger D", d=r.step)
-    tracks = tuple(STRATEGIES[r.strategy](region, r.tool_radius, step, math.radians(r.direction), r.climb))
+    walls = Walls(region, r.tool_radius, r.climb, r.seam_overlap) if region.area > NO_AREA_MM2 else None
+    tracks = tuple(STRATEGIES[r.strategy](region, r.tool_radius, step, math.radians(r.direction), r.climb, walls))
     if r.strategy == 0 and step <= r.tool_radius:
         return tracks  # geometry/pocket/rings.py says why nothing is left then
     return tracks + rest_material.rest_tracks(region, tracks, r.tool_radius)

@@ -47,4 +47,5 @@ def _words(state):
         step=STEP_SHARE * diameter if step is None else step, close_gap=state.settings["CLOSE_GAP"],
         side_allowance=state.length("i") or 0.0, floor_allowance=state.length("k") or 0.0, strategy=state.number("p") or 0,
         direction=float(state.number("l") or 0), climb=state.turns_clockwise() != mirroring.mirrored,
-        traverse_clearance=state.settings["TRAVERSE_CLEARANCE"], ramp_angle=state.ramp_angle(), start=state.position(), **state.depth_step(), **state.feeds())
+        traverse_clearance=state.settings["TRAVERSE_CLEARANCE"], seam_overlap=state.seam_overlap(),
+        ramp_angle=state.ramp_angle(), start=state.position(), **state.depth_step(), **state.feeds())

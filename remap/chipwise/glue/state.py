@@ -16,7 +16,7 @@ from chipwise.glue import clamps, named
 from chipwise.program import known_stock
 from chipwise.machine import limits
 from chipwise.order import Order
-from chipwise.settings import MIN_ANGLE, load_settings
+from chipwise.settings import MAX_SEAM_OVERLAP, MIN_ANGLE, load_settings
 from chipwise.tool_data.geometry import tool_geometry
 
 # Words any line may carry besides those of the cycle: LinuxCNC deals with them before or after it.
@@ -246,6 +246,16 @@ class State:
     def ramp_angle(self):
         """Degrees of an entry: #<_chipwise_ramp_angle>, else [CHIPWISE]RAMP_ANGLE."""
         return self._angle("ramp")
+
+    def seam_overlap(self):
+        """How far a finished wall is run on over its start (mm): #<_chipwise_seam_overlap> in program units, else [CHIPWISE]SEAM_OVERLAP."""
+        length, most = self.parameter("_chipwise_seam_overlap"), MAX_SEAM_OVERLAP
+        if length is None:
+            return self.settings["SEAM_OVERLAP"]
+        if not 0.0 <= length * self.unit_mm <= most:
+            raise CycleError("seam overlap {o} is not a length from 0 to {most}", "set #<_chipwise_seam_overlap> to a length in that range",
+                             o=length * self.unit_mm, most=most)
+        return length * self.unit_mm
 
     def _angle(self, kind):
         """A named parameter from MIN_ANGLE to 90 degrees, or its INI default."""

@@ -18,6 +18,8 @@ No residue up to a step-over of the tool radius: a point of the machinable regio
 path than the step-over.  Above that a sharp turn may leave its outer corner to rest_material.py; it
 seldom does, because most positions are covered more closely than the widest one.
 """
+import math
+
 import numpy as np
 
 from chipwise.errors import CycleError
@@ -50,19 +52,19 @@ SLANT = 3.0
 SAME_MM = 1e-6
 
 
-def concentric(region, radius, step, direction, climb):
+def concentric(region, radius, step, direction, climb, walls=None):
     """Tracks of a machinable region, closed paths at most `step` mm apart.  direction (rad) plays no part."""
     limit = min(step, 2.0 * radius * (1.0 - OVERLAP_SHARE))
     straying = STRAYING * limit
     flat = [chains.flat(contour, 0.5 * straying)[:-1] for contour in region.contours]
     parts = [Partition(*part) for part in _polygons(flat, 0.5 * straying)]
     if not all(part.convex() for part in parts):
-        return contour_parallel(region, radius, step, direction, climb)
-    toolpath = _Toolpath(region, climb, straying)
+        return contour_parallel(region, radius, step, direction, climb, walls)
+    toolpath = _Toolpath(region, climb, straying, walls)
     for part in parts:
         toolpath.closing = part is parts[-1]
         _clear(toolpath, part, radius, limit, limit - straying)
-    return toolpath.finished()
+    return toolpath.finished() if walls is None else walls.led(toolpath.finished())
 
 
 def _polygons(flat, share):
@@ -76,8 +78,8 @@ class _Toolpath:
     """The Tracks so far and the contours still to run.  closing: contours may be run now, because
     nothing but closed paths of other contours comes after them."""
 
-    def __init__(self, region, climb, straying):
-        self.climb, self.near, self.closing = climb, 2.0 * straying, False
+    def __init__(self, region, climb, straying, walls):
+        self.climb, self.near, self.closing, self.walls = climb, 2.0 * straying, False, walls
         self.tracks, self.chains, self.flags, self.here = [], [], [], None
         self.contours = [along(contour, climb) for contour in region.contours]
         self.left = set(range(len(self.contours)))
@@ -100,6 +102,13 @@ class _Toolpath:
             self.flags.append(cutting)
         self.here = points[-1]
 
+    def heading(self):
+        """Of the path that ends here; None where none does."""
+        if not self.chains:
+            return None
+        x, y = (self.chains[-1].end[-1] - self.chains[-1].start[-1]).tolist()
+        return math.atan2(y, x)
+
     def contour(self, tip):
         """Goes on to a tip and runs the contour nearest to it, if it is still to run."""
         positions = [chains.nearest(loop, tip) for loop in self.contours]
@@ -108,7 +117,13 @@ class _Toolpath:
             return
         self.left.discard(k)
         loop = chains.rotated(self.contours[k], *positions[k][1:])
-        self.go(np.stack((tip, loop.start[0])))
+        arcs = None if self.walls is None else self.walls.onto(self.here, self.heading(), loop, math.dist(self.here, tip))
+        if arcs is None:
+            self.go(np.stack((tip, loop.start[0])))
+        loop = loop if arcs is None else chains.rotated(loop, *arcs[1])
+        if self.walls is not None:
+            loop = self.walls.finished(loop)
+        loop = loop if arcs is None else elements.join((arcs[0], loop))
         self.chains.append(loop)
         self.flags.append(np.full(len(loop), True))
         self.lift()
@@ -125,7 +140,7 @@ class _Toolpath:
                 self.lift(inner[spoke])
                 self.contour(tips[spoke])
             if k in self.left:
-                self.tracks.append(make_track(loop))
+                self.tracks.append(make_track(loop, wall=True))
         return tuple(self.tracks)
 
 

@@ -21,6 +21,7 @@ import numpy as np
 from chipwise.geometry.pocket.engage_ground import Ground, fitted, rule
 from chipwise.geometry.base import chains, elements
 from chipwise.geometry.base.elements import make_lines
+from chipwise.geometry.base.tolerances import NODE_MM
 from chipwise.geometry.pocket import engage_links as links
 from chipwise.geometry.pocket import engage_needles
 from chipwise.geometry.pocket.engage_starts import BACK, Grid, Segment, before_cut, border_poses
@@ -70,8 +71,8 @@ AHEAD = 0.1
 # Ground that was cleared before falls short of what was by about so many cells: where it ends along a wall is looked for so far from it, too.
 LAGS = (1.3, 2.2)
 
-# A path that ends no further than this from a wall leaves it on an arc; a wall that is run all around is run on for so far, in tool radii.
-ON_WALL_MM, OVERLAP = 0.05, 0.1
+# A path that ends no further than this from a wall leaves it on an arc.
+ON_WALL_MM = 0.05
 
 MOST_PATHS, MOST_ENTRIES = 4000, 40
 
@@ -79,7 +80,8 @@ MOST_PATHS, MOST_ENTRIES = 4000, 40
 class Planner:
     """Segments of one region."""
 
-    def __init__(self, region, radius, step, feed_mm_s, clearance, cleared=None, lag=0.0):
+    def __init__(self, region, radius, step, feed_mm_s, clearance, cleared=None, lag=0.0, overlap=0.0):
+        self.overlap = overlap
         self.region, self.radius, self.step = region, radius, step
         self.feed_mm_s, self.clearance = feed_mm_s, clearance
         self.angle = math.acos(1.0 - step / radius) + (MORE_FINE if step < FINE * radius else MORE)
@@ -301,8 +303,8 @@ class Planner:
             self._go((*start.tolist(), math.atan2(first[1], first[0])))
         else:
             self._into(chain)
-        if np.array_equal(start, chain.end[-1]):
-            chain = elements.join((chain, beginning(chain, OVERLAP * self.radius)))
+        if self.overlap > NODE_MM and np.array_equal(start, chain.end[-1]):
+            chain = elements.join((chain, beginning(chain, self.overlap)))
         last = elements.tangent_at(chain, np.array([len(chain) - 1]), np.array([1.0]))[0]
         self._add("cut", chain)
         self.ground.clear(chain)
@@ -340,7 +342,7 @@ class Planner:
         self.ground.clear(down)
 
 
-def planned(region, radius, step, feed_mm_s, clearance, cleared=None, lag=0.0):
+def planned(region, radius, step, feed_mm_s, clearance, cleared=None, lag=0.0, overlap=0.0):
     """Segments of one level of a region, climbing with the stock on the right.  cleared: a chain of places that the tool may have been at before; lag: side of the
-    cells that it was read from."""
-    return Planner(region, radius, step, feed_mm_s, clearance, cleared, lag).plan()
+    cells that it was read from; overlap: mm that a wall that is run all around is run on over its start."""
+    return Planner(region, radius, step, feed_mm_s, clearance, cleared, lag, overlap).plan()

@@ -45,11 +45,11 @@ class Piece:
 
 
 def known_starts(tracks):
-    """For each Track whether its start lies on an earlier one: the tool has been there at this level."""
+    """For each Track whether what the tool covers at its start is cleared at this level: it lies on an earlier one, or the Track says so."""
     path, known, done = elements.join([track.elements for track in tracks]), [], 0
     for track in tracks:
         gap = elements.distances(path, np.arange(done), np.broadcast_to(track.start, (done, 2)))
-        known.append(bool(done) and float(gap.min()) <= ON_PATH_MM)
+        known.append(bool(done) and (track.cleared or float(gap.min()) <= ON_PATH_MM))
         done += len(track.elements)
     return known
 
@@ -81,9 +81,15 @@ class _Linker:
             return ()
         if self._free(here, to):
             return self._paced([chains.line(here, to)])
-        back = _back(before, to)
-        route = self._shortened(back, True) if back is not None else self._searched(here, to)
+        route = self._back(before, to) or self._searched(here, to)
         return None if route is None else self._paced(route)
+
+    def _back(self, before, to):
+        """Back along a Track to the place of it nearest to another place, and straight there; None."""
+        back, (gap, at) = _back(before, to)
+        if gap > ON_PATH_MM and not self._free(at, to):
+            return None
+        return self._shortened(back, True) + ([chains.line(at, to)] if gap > ON_PATH_MM else [])
 
     def _free(self, a, b):
         """Whether the tool meets nothing on a straight line."""
@@ -181,13 +187,11 @@ def _longest(flags):
 
 
 def _back(track, to):
-    """The chain back along a Track from its end to a place on it; None where the place is not on it."""
+    """(the chain back along a Track from its end to the place of it nearest to another, (distance between both, the place))."""
     chain = track.elements
     gap, index, t = chains.nearest(chain, to)
-    if gap > ON_PATH_MM:
-        return None
     length = float(elements.lengths(chain)[index])
     rest = elements.take(chain, np.arange(index + 1, len(chain)))
     if t * length <= ON_PATH_MM or (1.0 - t) * length > ON_PATH_MM:
         rest = elements.join((chains.segment(chain, index, 0.0 if t * length <= ON_PATH_MM else t, 1.0), rest))
-    return elements.reverse(rest)
+    return elements.reverse(rest), (gap, rest.start[0] if len(rest) else track.end)

@@ -21,14 +21,15 @@ import numpy as np
 from chipwise.geometry.pocket.scan import scan
 
 
-def one_way(region, radius, step, direction, climb):
+def one_way(region, radius, step, direction, climb, walls=None):
     """Tracks of a machinable region, every chord in `direction` (rad); see tracks.py."""
     rows = scan(region, radius, step, direction, climb)
     order = _Order(rows)
     tracks = []
     while (chord := order.following()) is not None:
         tracks += [rows.track(chain) for chain in order.cut(chord)]
-    return tuple(tracks + rows.contour_tracks(tracks[-1].end if tracks else None))
+    tracks = tuple(tracks + rows.contour_tracks(tracks[-1].end if tracks else None))
+    return tracks if walls is None else walls.led(tracks)
 
 
 class _Order:

@@ -16,6 +16,7 @@ the cleared area's edge.  To the next leaf leads a straight slot where one fits,
 shorter than a ramp through the whole depth; the tool lifts only where none does, and between rings
 about different islands.
 """
+import math
 from dataclasses import dataclass
 from functools import partial
 
@@ -60,8 +61,8 @@ class _Toolpath:
     """The Tracks of the machinable region `root` so far, the loops cut and where the tool is; here is None before
     the first one."""
 
-    def __init__(self, root):
-        self.root = root
+    def __init__(self, root, walls=None):
+        self.root, self.walls = root, walls
         self.done, self.parts, self.flags, self.here = [], [], [], None
         self.cut = []                             # (loop, machinable region of its ring), in cutting order
 
@@ -91,14 +92,42 @@ class _Toolpath:
         else:
             self.lift(to)
 
+    def heading(self):
+        """Of the path that ends here; None where none does."""
+        if not self.parts:
+            return None
+        last = self.parts[-1]
+        x, y = elements.tangent_at(last, np.array([len(last) - 1]), np.ones(1))[0].tolist()
+        return math.atan2(y, x)
+
+    def ring(self, loop, position, step, is_wall):
+        """All of a ring, from a position of it that the tool can go straight to."""
+        if is_wall:
+            self.go(self._onto(loop, position, step))
+            return
+        self.line(chains.point(loop, *position))
+        self.go(chains.rotated(loop, *position))
+
+    def _onto(self, loop, position, step):
+        """The chain onto a finished wall, along it and off it; from here, but for a start in the solid."""
+        found = self.walls.onto(self.here, self.heading(), loop, step)
+        if found is not None:
+            return elements.join((found[0], self.walls.finished(chains.rotated(loop, *found[1]))))
+        ring = chains.rotated(loop, *position)
+        if not self.parts and np.hypot(*(ring.start[0] - self.here)) <= NODE_MM:
+            found = self.walls.from_solid(ring)
+            return self.walls.finished(ring) if found is None else elements.join((found[0], self.walls.finished(ring)))
+        self.line(ring.start[0])
+        return self.walls.finished(ring)
+
     def tracks(self):
         self.lift(None)
         return tuple(self.done)
 
 
-def contour_parallel(region, radius, step, direction, climb):
+def contour_parallel(region, radius, step, direction, climb, walls=None):
     """Tracks of a machinable region, rings `step` mm apart.  direction (rad) plays no part."""
-    toolpath = _Toolpath(region)
+    toolpath = _Toolpath(region, walls)
     _cut(toolpath, _tree(region, radius, step, climb), radius, step)
     return toolpath.tracks()
 
@@ -151,8 +180,7 @@ def _cut(toolpath, node, radius, step):
     while left:
         k, position = _beside(toolpath, node, cut, left, radius, step)
         loop = left.pop(k)
-        toolpath.line(chains.point(loop, *position))
-        toolpath.go(chains.rotated(loop, *position))
+        toolpath.ring(loop, position, step, toolpath.walls is not None and node.region is toolpath.root)
         cut.append((loop, node.region))
         toolpath.cut.append(cut[-1])
 

@@ -97,11 +97,11 @@ class Scan:
         """Pool index of a chord, from P to Q, or back."""
         return [2 * self.split + chord + (0 if forward else self.chords)]
 
-    def track(self, chain):
+    def track(self, chain, wall=False):
         """Track of pool indices, without chords where the machinable region is a line that the row crosses."""
         chain = np.array(chain)
         long = self._long[chain]
-        return make_track(elements.take(self.pool, chain[long] if long.any() else chain[:1]))
+        return make_track(elements.take(self.pool, chain[long] if long.any() else chain[:1]), wall=wall)
 
     @cached_property
     def _long(self):
@@ -127,7 +127,7 @@ class Scan:
             begin = self.begin[on_loop] if len(on_loop) else np.arange(first, last)
             near = 0 if here is None else int(np.argmin(np.hypot(*(self.pool.start[begin] - here).T)))
             a = int(begin[near])
-            tracks.append(self.track([*range(a, last), *range(first, a)]))
+            tracks.append(self.track([*range(a, last), *range(first, a)], True))
             here = tracks[-1].end
         return tracks
 

@@ -6,12 +6,13 @@ rest_material.py and cycles/pocket.py.
 
 A strategy is a pure function
 
-    strategy(field, radius, step, direction, climb) -> tuple of Track, in cutting order
+    strategy(field, radius, step, direction, climb, walls) -> tuple of Track, in cutting order
 
 radius: tool radius, mm; step: step-over, mm; direction: rad, of the straight strategies; climb:
 the wall, and the stock still standing, is on the RIGHT of travel: counter-clockwise along the
 boundary of a machinable region, clockwise about its holes.  That is climb milling with the spindle turning
-clockwise (M3); with M4 climb milling is climb=False.
+clockwise (M3); with M4 climb milling is climb=False.  walls: wall_arcs.py's Walls, for the arcs onto
+and off the contours; None: without arcs.
 
 What holds for the Tracks of one machinable region:
 1. Each stays inside the closed machinable region, so that its distance to the walls needs no other check.
@@ -61,10 +62,14 @@ class MachinableRegion:
 class Track:
     """A connected run of the tool centre, one element or more.
 
-    cutting (n,) bool: False for a feed move through area that is cleared already.
+    cutting (n,) bool: False for a feed move through area that is cleared already.  wall: it is one
+    contour of the machinable region and nothing else, but for the arcs onto and off it.  cleared: all that the tool
+    covers at its start is cleared before, though no Track may have been there.
     """
     elements: Elements
     cutting: np.ndarray
+    wall: bool = False
+    cleared: bool = False
 
     @property
     def start(self):
@@ -82,9 +87,9 @@ class Track:
         return float(np.sum(elements.lengths(self.elements)))
 
 
-def make_track(chain, cutting=True):
+def make_track(chain, cutting=True, wall=False):
     """Track of Elements; cutting: bool or (n,) bool."""
-    return Track(chain, np.broadcast_to(np.asarray(cutting, bool), (len(chain),)).copy())
+    return Track(chain, np.broadcast_to(np.asarray(cutting, bool), (len(chain),)).copy(), wall)
 
 
 def along(contour, climb):

@@ -11,14 +11,15 @@ import numpy as np
 from chipwise.geometry.pocket.scan import scan
 
 
-def zigzag(region, radius, step, direction, climb):
+def zigzag(region, radius, step, direction, climb, walls=None):
     """Tracks of a machinable region, chords in `direction` (rad) and against it; see tracks.py."""
     rows = scan(region, radius, step, direction, climb)
     done = np.zeros(rows.chords, bool)
     tracks = []
     while not done.all():
         tracks.append(rows.track(_chain(rows, done, tracks[-1].end if tracks else None)))
-    return tuple(tracks + rows.contour_tracks(tracks[-1].end if tracks else None))
+    tracks = tuple(tracks + rows.contour_tracks(tracks[-1].end if tracks else None))
+    return tracks if walls is None else walls.led(tracks)
 
 
 def _routes(rows, crossing):
