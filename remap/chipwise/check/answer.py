@@ -6,8 +6,9 @@ Called by run.py and setup/measure.py.
 
 import contextlib
 import copy
-import functools
 import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
 
 from chipwise.program import post_comments
 from chipwise.check.assume import Assumption, Unknown, assume, compare, halves, surveyed
@@ -25,27 +26,35 @@ from chipwise.tool_data.geometry import load_tools
 MOST_LACKING = 50           # tools and axes that a machine lacks
 
 
-def check(program, machine, stock=None, cell=None, progress=None, cpu_s=CPU_S, assumes=False, tool=None, diameter=None,
-          simulated=Simulation, completes=False, confirmed=None, **limits):
+@dataclass(frozen=True)
+class Checking:
+    """How a program is checked."""
+    stock: tuple | None = None          # (low, high), mm in work coordinates
+    cell: float | None = None           # mm, None: [CHIPWISE]CELL; smaller where a tool needs it
+    cpu_s: float = CPU_S                # of computing time
+    limits: dict = field(default_factory=dict)      # of its Reader, besides cpu_s
+    assumes: bool = False               # whether a stock and tools that the program does not name are assumed
+    tool: int | None = None             # then: of the one in the spindle at the beginning
+    diameter: float | None = None       # mm, of that tool
+    completes: bool = False             # whether it is judged on a machine that lacks its tools or rotary axes, which is a finding then
+    simulated: Callable = Simulation    # makes the Simulation of its arguments
+    confirmed: Callable | None = None   # of program and settings: the setup/job.py Job of its set-up or None
+
+
+def check(program, machine, stock=None, progress=None, **how):
     """Result of one program.
 
-    machine: reader.Machine; stock: (low, high) mm in work coordinates or None; cell: mm, default [CHIPWISE]CELL, smaller
-    if a tool needs it; progress: called with the number of the line that is being simulated; assumes: whether a stock and tools
-    that the program does not name are assumed; tool, diameter (mm): of the one in the spindle at the beginning, then; simulated: makes the
-    Simulation of its arguments; confirmed: function of program and settings, the setup/job.py Job of its set-up or None; completes: whether a program is judged on a machine that lacks its tools or rotary axes, which is a finding then.
+    machine: reader.Machine; progress: called with the number of the line that is being simulated; stock, how: the fields of a Checking.
     """
-    def answer(machine):
-        made = functools.partial(simulated, job=confirmed(program, load_settings(machine.ini))) if confirmed else simulated
-        return _answer(program, machine, stock, cell, progress, cpu_s, assumes, tool, diameter, made, limits)
-
+    how = Checking(stock, **how)
     try:
         try:
-            return answer(machine)
+            return _Check(program, machine, how, progress).result()
         except Lacking as error:
-            if not completes:
+            if not how.completes:
                 raise
-            machine, lacks = completed(program, machine, error, cpu_s, limits)
-            result = answer(machine)
+            machine, lacks = completed(program, machine, error, how)
+            result = _Check(program, machine, how, progress).result()
             result.findings.kept[:0] = lacks
             return result
     except Unreadable as error:
@@ -57,7 +66,7 @@ def check(program, machine, stock=None, cell=None, progress=None, cpu_s=CPU_S, a
         return Result(program, error=(unnamed(error.text()), 0), state=UNCHECKED)
 
 
-def completed(program, machine, error, cpu_s, limits):
+def completed(program, machine, error, how):
     """-> (a Machine with the tools and rotary axes for lack of which LinuxCNC refuses the program, [Finding] of each).  error: the first Lacking."""
     found = []
     while error:
@@ -67,14 +76,14 @@ def completed(program, machine, error, cpu_s, limits):
         else:
             machine.axis_mask |= 1 << LENGTHS.index(error.name)
         found.append(Finding(MACHINE, error.line, error.line, error.name if is_tool else 0, axis="" if is_tool else error.name))
-        error = _lacking(program, machine, cpu_s, limits) if len(found) < MOST_LACKING else None
+        error = _lacking(program, machine, how) if len(found) < MOST_LACKING else None
     return machine, found
 
 
-def _lacking(program, machine, cpu_s, limits):
+def _lacking(program, machine, how):
     """The Lacking with which LinuxCNC refuses a program, or None."""
     try:
-        with Reader(program, machine, cpu_s=cpu_s, judged=False, **limits) as reader:
+        with Reader(program, machine, cpu_s=how.cpu_s, judged=False, **how.limits) as reader:
             for _block in reader:
                 pass
     except Lacking as error:
@@ -84,21 +93,52 @@ def _lacking(program, machine, cpu_s, limits):
     return None
 
 
-def _answer(program, machine, stock, cell, progress, cpu_s, assumes, tool, diameter, simulated, limits):
-    """The Result of check().  Raises Unreadable, CycleError."""
-    def read(stock):
-        return Reader(program, machine, stock, cpu_s=cpu_s, clamps=True, **limits)
-    try:
-        result = _judged(program, machine, read, stock, cell, progress, cpu_s, None, simulated)
-        if assumes:
-            _compare_comments(program, machine, result)
+class _Check:
+    """One program on one machine; how: a Checking."""
+
+    def __init__(self, program, machine, how, progress):
+        self.program, self.machine = program, machine
+        self.how, self.progress = how, progress
+
+    def result(self):
+        """The Result of check().  Raises Unreadable, CycleError."""
+        program, machine = self.program, self.machine
+        how = self.how
+        job = {"job": how.confirmed(program, load_settings(machine.ini))} if how.confirmed else {}
+        try:
+            result = self._judged(how.stock, self.progress, None, job)
+            if how.assumes:
+                _compare_comments(program, machine, result)
+            return result
+        except Missing as error:
+            if not how.assumes or not machine.has_y:       # a lathe's program has no stock that a mill could cut
+                raise
+            first, second = halves(self.progress)
+            assumption = assume(surveyed(self._read(None), machine, first), program, machine, error.line, bool(how.stock), how.tool, how.diameter)
+            stock = (assumption.low, assumption.high) if assumption.low else how.stock
+            return self._judged(stock, second, assumption, job)
+
+    def _read(self, stock):
+        return Reader(self.program, self.machine, stock, cpu_s=self.how.cpu_s, clamps=True, **self.how.limits)
+
+    def _judged(self, stock, progress, assumption, job):
+        """Result; with smaller cells, and with needles, where they are needed.  job: arguments of the Simulation besides."""
+        settings = load_settings(self.machine.ini)
+        tools = load_tools(settings.path("TOOL_GEOMETRY"))
+        wanted, needles = self.how.cell or settings["CELL"], {}
+        while True:
+            simulation = self.how.simulated(self.program, self.machine, wanted, settings, tools, needles, assumption, **job)
+            try:
+                result = _run(simulation, self._read(stock), progress, self.how.cpu_s)
+                needles = extra_needles.needles(simulation.doubts, simulation.segments, result.cell)
+                if not needles:
+                    break
+            except TooCoarse as error:
+                wanted = rules.finer_cell(simulation.map, self.how.cell, *error.args)
+        look = simulation.second_look()
+        if look:
+            look[1](_run(look[0], self._read(stock), None, self.how.cpu_s))
         return result
-    except Missing as error:
-        if not assumes or not machine.has_y:       # a lathe's program has no stock that a mill could cut
-            raise
-        first, progress = halves(progress)
-        assumption = assume(surveyed(read(None), machine, first), program, machine, error.line, bool(stock), tool, diameter)
-        return _judged(program, machine, read, (assumption.low, assumption.high) if assumption.low else stock, cell, progress, cpu_s, assumption, simulated)
 
 
 def _compare_comments(program, machine, result):
@@ -108,26 +148,6 @@ def _compare_comments(program, machine, result):
         found = Assumption()
         compare(found, post_comments.read(program, machine.unit_mm), used, machine.unit)
         result.notes += ([0, text] for text in found.notes)
-
-
-def _judged(program, machine, read, stock, cell, progress, cpu_s, assumption, simulated):
-    """Result; with smaller cells, and with needles, where they are needed.  read(stock) -> Reader."""
-    settings = load_settings(machine.ini)
-    tools = load_tools(settings.path("TOOL_GEOMETRY"))
-    wanted, needles = cell or settings["CELL"], {}
-    while True:
-        simulation = simulated(program, machine, wanted, settings, tools, needles, assumption)
-        try:
-            result = _run(simulation, read(stock), progress, cpu_s)
-            needles = extra_needles.needles(simulation.doubts, simulation.segments, result.cell)
-            if not needles:
-                break
-        except TooCoarse as error:
-            wanted = rules.finer_cell(simulation.map, cell, *error.args)
-    look = simulation.second_look()
-    if look:
-        look[1](_run(look[0], read(stock), None, cpu_s))
-    return result
 
 
 def _run(simulation, reader, progress, cpu_s):

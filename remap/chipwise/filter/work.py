@@ -48,8 +48,10 @@ def judged(program, ini, limits, folder, loops, progress):
     rewrite = settings["FILTER_REWRITE"] != "no"
     lines = lines_of(program)
 
+    more = {name: value for name, value in limits.items() if name != "cpu_s"}
+
     def check_it(**assumed):
-        return checked(program, lambda line: progress(line / lines * (0.4 if rewrite else 1.0)), {"machine": machine, **assumed, **limits})
+        return checked(program, lambda line: progress(line / lines * (0.4 if rewrite else 1.0)), {"machine": machine, "cpu_s": limits["cpu_s"], "limits": more, **assumed})
 
     result = check_it()
     if result.error and result.state != UNFINISHED:

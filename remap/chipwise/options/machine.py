@@ -73,7 +73,7 @@ def ini_of(options):
 
 
 def machine_of(options, refuse):
-    """Arguments of answer.check and rewrite.run from the options: machine, stock, cell, cpu_s."""
+    """Arguments of answer.check (a Checking) and rewrite.run from the options: machine, stock, cell, cpu_s."""
     from chipwise.program.reader import Machine, Unreadable
     low, high = CELLS_MM
     if options.cell is not None and not low <= options.cell <= high:

@@ -32,7 +32,7 @@ def answer(order, folder):
     machine = machine_in_force(order["ini"], order["scene"], folder)
     if not machine.has_y:
         return {}
-    measured = measure(order["program"], machine, {}, cpu_s=CPU_S, most_moves=MOST_MOVES, memory_mb=MEMORY_MB)
+    measured = measure(order["program"], machine, {}, cpu_s=CPU_S, limits={"most_moves": MOST_MOVES, "memory_mb": MEMORY_MB})
     if measured.result.error or measured.has_own_rate:
         return {}
     return {"time": measured.time_s, "time_with": measured.time_set_up_s(load_settings(order["ini"])["SETUP_AIR"])}
