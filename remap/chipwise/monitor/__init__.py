@@ -10,6 +10,7 @@
     messages.py         messages of faults and guards
     stock_files.py      M253, M254 and [CHIPWISE]KEEP_STOCK
     clamps_in_force.py  M256, and the clamps of the loaded program, in front of the guard
+    clamp_request.py    clamps on their path into the table: due, asked for, answered
     comment_clamps.py   CLAMP comments of a program
     live_stock.py       [CHIPWISE]KEEP_STOCK while the machine works
     loaded_program.py   what is wrong with a program as soon as it is opened

@@ -13,6 +13,7 @@ import os
 
 from chipwise.clamps.clamp import Clamp
 from chipwise.monitor.answering import Answering
+from chipwise.monitor.clamp_request import ClampRequest
 from chipwise.monitor.clamps_in_force import COMMENTS
 from chipwise.monitor.saying import Saying
 from chipwise.monitor.shadow import is_idle
@@ -30,7 +31,7 @@ class CommentClamps:
         self.saying, self.reading = Saying(inform), Answering("chipwise.monitor.comment_process")
         self.loaded = None              # (program, identity, work offset) that was asked for
         self.clamps = []                # [(how many M256 come before it, Clamp)]
-        self.due = self.asked = self.said_late = False
+        self.request, self.said_late = ClampRequest(component, stock_files, COMMENTS), False
 
     def follow(self, linuxcnc, status):
         """At each look; nothing of it waits for the process."""
@@ -40,7 +41,7 @@ class CommentClamps:
         if is_idle(linuxcnc, status):
             self.said_late = False
             if COMMENTS in self.files.clamps.dropped and not self.pins["program-running"]:
-                self.due = True
+                self.request.is_due = True
             self._load(status)
         elif self.reading.child is not None and self.pins["program-running"] and not self.said_late:
             self.said_late = True
@@ -52,7 +53,7 @@ class CommentClamps:
 
     def has_read(self, program):
         """Whether nothing more is to come for the loaded program."""
-        return not self.ini or bool(self.loaded and self.loaded[0] == program and self.reading.child is None and not self.due and not self.asked)
+        return not self.ini or bool(self.loaded and self.loaded[0] == program and self.reading.child is None and not self.request.is_open)
 
     def end(self):
         """The monitor ends."""
@@ -68,8 +69,8 @@ class CommentClamps:
         if found == self.loaded:
             return
         self.reading.end()
-        self.loaded, self.clamps = found, []
-        self.due = self.files.clamps.has(COMMENTS)
+        self.loaded = found
+        self._offer([])
         if found and found[1] and self._has_word():
             self.reading.ask({"ini": self.ini, "program": status.file, "scene": scene})
 
@@ -81,21 +82,18 @@ class CommentClamps:
         if answer["why"]:
             self.saying.tell(f"{self._name()}: the clamps of its comments are not in force: {answer['why']}")
             return
-        self.clamps = [(after, Clamp.of_row(row)) for after, *row in answer["clamps"]]
-        self.due = bool(self.clamps) or self.files.clamps.has(COMMENTS)
+        self._offer([(after, Clamp.of_row(row)) for after, *row in answer["clamps"]])
+
+    def _offer(self, clamps):
+        """Those of the loaded program, as far as is known; without any there is something to do only while others are in the table."""
+        self.clamps = clamps
+        self.request.is_due = bool(clamps) or self.files.clamps.has(COMMENTS)
 
     def _lay(self):
         """Put them into the table, and say what became of it."""
-        if self.due and self.files.stock and not self.pins["request"] and not self.files.clamps.waits:
-            self.due, self.asked = False, True
-            reply = self.files.lay_clamps(COMMENTS, self.clamps)
-        elif self.asked:
-            reply = self.files.clamps.reply
-        else:
+        reply = self.request.step(self.clamps, may_begin=not self.files.clamps.waits)
+        if reply is None:
             return
-        if reply == reasons.BUSY:
-            return
-        self.asked = False
         if reply != reasons.DONE:
             problem, remedy = reasons.REASONS[reply]
             self.saying.tell(f"{self._name()}: the clamps of its comments are not in force: {problem}; {remedy}")

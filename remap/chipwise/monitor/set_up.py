@@ -22,6 +22,7 @@ import time
 from chipwise.program import loaded
 from chipwise.host.clock import patience
 from chipwise.clamps.clamp import Clamp
+from chipwise.monitor.clamp_request import ClampRequest
 from chipwise.monitor.clamps_in_force import JOB
 from chipwise.monitor.answering import Answering
 from chipwise.monitor.saying import Saying
@@ -37,7 +38,6 @@ from chipwise.stock.store import head_of
 
 CALM_S = 0.3            # without a command: a screen that opens a program and runs it sends several
 AGAIN_S, TRIES = 1.0, 3     # to switch adaptive feed on
-DUE, ASKED = range(2)   # of its clamps
 SAME_DIAMETER = 0.01    # share
 
 
@@ -54,7 +54,7 @@ class SetUp:
         self.claims = False             # there is a set-up, or it is being read
         self.answer, self.tools = None, {}
         self.stock_is_due = False
-        self.clamps = None              # of clamps_in_force.py: DUE, ASKED, then None
+        self.clamps = ClampRequest(component, stock_files, JOB)
         self.in_force = None            # (program, identity) that `job` is TRUE for
         self.ran = self.said_late = self.said_mode = False
         self.asked = 0, 0.0             # how often, and when, adaptive feed was switched on
@@ -180,7 +180,7 @@ class SetUp:
             return
         self.answer, self.tools = answer, {int(number): tool for number, tool in answer["tools"].items()}
         self.stock_is_due = answer["to_machine"] is not None
-        self.clamps = DUE if answer["clamps"] else None
+        self.clamps.begin(bool(answer["clamps"]))
 
     def _runs(self):
         """A program is under way."""
@@ -201,24 +201,17 @@ class SetUp:
         if self.pins["run-end"] == RunEnd.WHOLE and self.has_stock() and self.answer:
             self.stock_is_due = True
         if self.answer and JOB in self.files.clamps.dropped:
-            self.clamps = DUE                   # M256 of the program has taken their place
+            self.clamps.begin(True)             # M256 of the program has taken their place
 
     # ---- the clamps ------------------------------------------------------------------------------------------------
 
     def _has_clamps(self):
         """Whether its clamps are in force, or it has none."""
-        if self.clamps is None:
+        if not self.clamps.is_open:
             return True
-        if not self.files.stock or self.clamps == DUE and self.pins["request"]:
+        reply = self.clamps.step([(0, Clamp.of_row(row)) for row in self.answer["clamps"]]) if self.files.stock else None
+        if reply is None:
             return False
-        if self.clamps == DUE:
-            self.clamps = ASKED
-            reply = self.files.lay_clamps(JOB, [(0, Clamp.of_row(row)) for row in self.answer["clamps"]])
-        else:
-            reply = self.files.clamps.reply
-        if reply == reasons.BUSY:
-            return False
-        self.clamps = None
         if reply != reasons.DONE:
             self.answer, self.claims = None, False
             self._withdraw()
