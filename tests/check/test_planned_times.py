@@ -9,6 +9,7 @@ import pytest
 
 from support.check_runs import HEAD, STOCK, chipwise_check
 from chipwise.program import records
+from chipwise.check.path_part import PathPart
 from chipwise.check.times import Timer
 
 ACCEL, SPEED = 500.0, 100.0         # mm/s2, mm/s
@@ -23,8 +24,9 @@ def seconds(points, kinds, feed=50.0, path=0.01, first=None, mode=None, volume=N
     points = np.array(points, float)
     steps = np.diff(points, axis=0)
     n = len(steps)
-    timer.spend(np.array(kinds), np.arange(1, n + 1), np.full(n, feed), steps, np.linalg.norm(steps, axis=1), np.zeros(n) if volume is None else volume, None,
-                first, True)
+    part = PathPart(np.array(kinds), np.arange(1, n + 1), np.full(n, feed), steps, np.linalg.norm(steps, axis=1), np.zeros(n) if volume is None else volume,
+                    np.zeros(n) if first is None else first)
+    timer.spend(part, None, True)
     return timer.load.end, timer.load_volumetric.end
 
 

@@ -13,7 +13,7 @@ NOT_EVERYWHERE = {
     "hal", "linuxcnc", "emccanon", "emctask", "interpreter", "lcnc_realtime",                       # LinuxCNC's, and some only in its own processes
     "tkinter", "readline", "gi", "Xlib", "distributed", "ezdxf", "svgelements", "tomlkit"}          # a package that one command needs
 QUICK = ("cli", "options", "filter", "panel")       # folders of commands and pages: one that only prints its help, or waits, loads nothing else
-MOST_ROWS, MOST_LONG, MOST_LATE = 359, 45, 30
+MOST_ROWS, MOST_LONG, MOST_LATE = 359, 40, 30
 
 
 def nodes(text, *kinds):

@@ -44,12 +44,13 @@ class Moves:
     whole: np.ndarray
 
 
-def moves(kinds, lines, first, direction, length, speed, accel):
-    """Moves of the segments of a path."""
+def moves(part, speed, accel):
+    """Moves of the segments of a PathPart; speed, accel (n,): as asked for, along it."""
+    kinds, direction = part.kinds, part.direction
     before = (direction[1:] * direction[:-1]).sum(axis=1)
     bend = np.concatenate(([True], 1.0 - before > STRAIGHT))
     arc = kinds == records.ARC
-    begins = np.concatenate(([True], (np.diff(kinds) != 0) | (np.diff(lines) != 0))) | (bend & np.where(arc, first > 0, True))
+    begins = np.concatenate(([True], (np.diff(kinds) != 0) | (np.diff(part.lines) != 0))) | (bend & np.where(arc, part.first > 0, True))
     at = np.flatnonzero(begins)
     last = np.concatenate((at[1:], [len(kinds)])) - 1
     whole = np.cumsum(begins) - 1
@@ -60,10 +61,10 @@ def moves(kinds, lines, first, direction, length, speed, accel):
     other, sooner = direction[np.where(curved, later, at)], direction[np.where(curved, np.maximum(earlier, 0), last)]
     start, end = _unit(1.5 * direction[at] - 0.5 * other), _unit(1.5 * direction[last] - 0.5 * sooner)
     turn = np.linalg.norm(other - direction[at], axis=1)
-    through = np.concatenate(([0.0], np.cumsum(length)))
+    through = np.concatenate(([0.0], np.cumsum(part.length)))
     with np.errstate(divide="ignore", invalid="ignore"):
         radius = np.where(curved, (through[np.where(curved, later, at + 1)] - through[at]) / turn, np.inf)
-    along = np.bincount(whole, length)
+    along = np.bincount(whole, part.length)
     centripetal = np.sqrt(CENTRIPETAL * np.minimum(accel[at], 1e9) * np.minimum(radius, 1e9))
     return Moves(kinds[at], start, end, _unit(other - direction[at]), radius, along, np.minimum(speed[at], centripetal), accel[at], at, whole)
 

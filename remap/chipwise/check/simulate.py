@@ -27,6 +27,7 @@ from chipwise.program.reader import Unreadable
 from chipwise.check.result import Result, ToolFigures
 from chipwise.clib.height_map import Shape
 from chipwise.check.times import OFF, Timer
+from chipwise.check.path_part import PathPart
 from chipwise.check.tooth_rules import ToothRules
 from chipwise.check.travel import Extents, Travel
 from chipwise.stock import store
@@ -220,12 +221,12 @@ class Simulation(ToothRules):
         moving[:self.apart], self.apart = False, max(0, self.apart - len(moving))
         if moving.any():
             volume = met["volume"].astype(np.float64) if met is not None else np.zeros(len(length))
-            loads = self._tooth_loads(kinds[moving], lines[moving], steps[moving], length[moving], volume[moving], met, moving)
-            rate = self.timer.spend(kinds[moving], lines[moving], block[moving, 5] / 60.0, steps[moving], length[moving],
-                                    volume[moving], self.tool, block[moving, 6], stops)
+            part = PathPart.of(block, steps, length, volume, moving)
+            loads = self._tooth_loads(part, met["depth"][moving] if met is not None else None)
+            rate = self.timer.spend(part, self.tool, stops)
             if rate is not None:
                 self._check_rates(rate, block[moving])
-                self._check_tooth(loads, length[moving], block[moving])
+                self._check_tooth(loads, part.length, block[moving])
         self.position = positions[-1].copy()
         self.segments += len(block)
 

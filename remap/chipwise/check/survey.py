@@ -11,6 +11,7 @@ import numpy as np
 
 from chipwise.check import rules
 from chipwise.program import records
+from chipwise.check.path_part import PathPart
 from chipwise.check.result import ToolFigures
 from chipwise.check.times import Timer
 
@@ -92,7 +93,7 @@ class Survey:
     def _moves(self, block, stops):
         rules.check_positions(block)
         self.first_frame = self.first_frame or self.frame
-        kinds, lines, places = block[:, 0].astype(int), block[:, 1].astype(int), block[:, 2:5]
+        kinds, places = block[:, 0].astype(int), block[:, 2:5]
         known, apart = self.position is not None, 0
         if not known:
             self.position = places[0]
@@ -107,8 +108,7 @@ class Survey:
         moving = length > 1e-9
         moving[:apart] = False
         if moving.any():
-            self.timer.spend(kinds[moving], lines[moving], block[moving, 5] / 60.0, steps[moving], length[moving], np.zeros(int(moving.sum())),
-                             tool and tool.figures, block[moving, 6], stops)
+            self.timer.spend(PathPart.of(block, steps, length, np.zeros(len(length)), moving), tool and tool.figures, stops)
         self.highest = max(self.highest, float(places[int(not known and kinds[0] == records.RAPID and abs(places[0, 2]) < 1e-9):, 2].max(initial=-np.inf)))
         cuts[:self.unplaced.lead(block, -np.inf)] = False
         if tool and cuts.any():

@@ -47,33 +47,32 @@ class Timer:
         self.load.wait(seconds)
         self.load_volumetric.wait(seconds)
 
-    def spend(self, kinds, lines, feed, steps, length, volume, tool, first=None, stops=False):
-        """Time of moves that are not empty; -> their removal rates at F, mm3/min, or None if none is cut.
+    def spend(self, part, tool, stops=False):
+        """Time of a PathPart; -> its removal rates at F, mm3/min, or None if none is cut.
 
-        kinds, lines, feed (mm/s), length (mm), volume (mm3): (n,); steps: (n, 3) mm; tool: ToolFigures or None; first (n,): whether the first chord of
-        an arc; stops: whether the machine waits behind them.
+        tool: ToolFigures or None; stops: whether the machine waits behind it.
         """
-        direction = steps / length[:, None]
+        direction, cutting = part.direction, part.cutting
+        length, volume = part.length, part.volume
         with np.errstate(divide="ignore"):
             rapid_speed = (self.speeds / np.abs(direction)).min(axis=1)
             accel = (self.accels / np.abs(direction)).min(axis=1)
-        cutting = kinds != records.RAPID
-        if (cutting & ~(feed > 0)).any():
-            raise Unreadable("no feed is set", "give F on this line or before", int(lines[cutting & ~(feed > 0)][0]))
-        plain = np.where(cutting, np.minimum(feed, rapid_speed), rapid_speed)
-        path = kinds, lines, np.zeros(len(kinds)) if first is None else first, direction, length
-        moves = blends.moves(*path, plain, accel)
-        planned = self._planned(moves, direction, length, plain, accel, self._speed, stops)
+        unfed = cutting & ~(part.feed > 0)
+        if unfed.any():
+            raise Unreadable("no feed is set", "give F on this line or before", int(part.lines[unfed][0]))
+        plain = np.where(cutting, np.minimum(part.feed, rapid_speed), rapid_speed)
+        moves = blends.moves(part, plain, accel)
+        planned = self._planned(part, moves, plain, accel, self._speed, stops)
         volumetric, volumetric_planned = plain, planned
         if self.mode == OFF:
             self._speed_volumetric[0] = self._speed[0]
         else:
-            wanted = np.where(cutting, np.minimum(self._volumetric(moves, length, volume, plain, tool), rapid_speed), plain)
+            wanted = np.where(cutting, np.minimum(self._volumetric(moves, part, plain, tool), rapid_speed), plain)
             asked = np.where(cutting, np.minimum(np.maximum(np.maximum(plain, wanted), self.ceiling / 60.0 if self.mode != LIMIT else 0.0), rapid_speed), plain)
-            moves = blends.moves(*path, asked, accel)
-            volumetric, volumetric_planned = wanted, self._planned(moves, direction, length, wanted, accel, self._speed_volumetric, stops)
-            self._plan_more(path, cutting, wanted, rapid_speed, accel, stops)
-        self._last = int(kinds[-1]), direction[-1].copy()
+            volumetric = wanted
+            volumetric_planned = self._planned(part, blends.moves(part, asked, accel), wanted, accel, self._speed_volumetric, stops)
+            self._plan_more(part, wanted, rapid_speed, accel, stops)
+        self._last = int(part.kinds[-1]), direction[-1].copy()
         self.seconds = planned, volumetric_planned
         self.load.add(planned, volume)
         self.load_volumetric.add(volumetric_planned, volume)
@@ -87,36 +86,36 @@ class Timer:
         tool.feed_volume += float(volume[cutting].sum())
         return _rates(length, plain, planned, volume, cutting)
 
-    def _plan_more(self, path, cutting, wanted, rapid_speed, accel, stops):
-        """Another clock of a subclass: path: of blends.moves(); cutting: feeds; wanted, rapid_speed: mm/s under M251 and of the axes."""
+    def _plan_more(self, part, wanted, rapid_speed, accel, stops):
+        """Another clock of a subclass; wanted, rapid_speed: mm/s under M251 and of the axes; accel: mm/s2 of the axes."""
 
-    def _planned(self, moves, direction, length, wanted, accel, speed, stops):
-        """Seconds of each segment with acceleration.  moves: blends.Moves, with the speeds that the planner is asked for; wanted: mm/s that the feed
-        law leaves of them; speed: [mm/s at the beginning], changed to that at the end."""
+    def _planned(self, part, moves, wanted, accel, speed, stops):
+        """Seconds of each segment with acceleration.  moves: blends.Moves of the part, with the speeds that the planner is asked
+        for; wanted: mm/s that the feed law leaves of them; accel: mm/s2 along it; speed: [mm/s at the beginning], changed to that at the end."""
         ends, saved, shares = blends.joined(moves, self.accels, self.path, self.override)
         if stops and self.path >= 0.0:
             shares[-1] *= blends.PARABOLIC
-        corner = np.full(len(length), np.inf)
+        corner = np.full(len(part.length), np.inf)
         corner[-1] = 0.0 if stops else np.inf
         corner[moves.begins[1:] - 1] = ends
         if self._last is None or (self._last[0] == records.RAPID) != (moves.kind[0] == records.RAPID):
             speed[0] = 0.0
         elif speed[0] > 0.0:            # goes on from the part before
-            half = np.sqrt(max((1.0 + float(self._last[1] @ direction[0])) / 2.0, 0.0))
+            half = np.sqrt(max((1.0 + float(self._last[1] @ part.direction[0])) / 2.0, 0.0))
             speed[0] = min(speed[0], float(np.sqrt(accel[0] * max(self.path, 0.0) * half / max(1.0 - half, 1e-12))))
         most = np.minimum(wanted, moves.speed[moves.whole])
-        seconds, speed[0] = times(length, most, accel * shares[moves.whole], np.minimum(corner, 1e9), speed[0])
+        seconds, speed[0] = times(part.length, most, accel * shares[moves.whole], np.minimum(corner, 1e9), speed[0])
         each = np.bincount(moves.whole, seconds)
         saved = np.minimum(saved, 0.5 * np.minimum(each[1:], each[:-1]))
         return seconds * (1.0 - np.concatenate(([0.0], saved)) / np.maximum(each, 1e-12))[moves.whole]
 
-    def _volumetric(self, moves, length, volume, plain, tool):
+    def _volumetric(self, moves, part, plain, tool):
         """mm/s of each move under M251 (docs/user/codes.md)."""
         target, lower = self.target, self.lower
         limit = tool and tool.geometry and tool.geometry.max_removal_rate
         if limit:
             target, lower = min(target or limit, limit), min(lower, limit)
-        area = np.maximum(windows(length, volume, PLAN_WINDOW_MM, moves)[0], 1e-9)
+        area = np.maximum(windows(part.length, part.volume, PLAN_WINDOW_MM, moves)[0], 1e-9)
         held = target / 60.0 / area if target else np.full(len(area), np.inf)
         if self.allowed is not None:
             held = np.minimum(held, self.allowed)

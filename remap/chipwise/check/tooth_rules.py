@@ -3,7 +3,6 @@
 
 import numpy as np
 
-from chipwise.program import records
 from chipwise.check.findings import BENDING, CHIP, POWER
 from chipwise.check.times import OFF
 from chipwise.check.tooth_load import Limits
@@ -27,17 +26,17 @@ class ToothRules:
                 for tool in self.result.tools.values() if tool.rub_s >= LEAST_RUB_S]
         return self.limits.notes + rubs
 
-    def _tooth_loads(self, kinds, lines, steps, length, volume, met, moving):
-        """tooth_load.Loads of moves, None where nothing limits; the timer gets what they allow."""
+    def _tooth_loads(self, part, depth):
+        """tooth_load.Loads of a PathPart, None where nothing limits; the timer gets what they allow.  depth (n,): mm, None: nothing is cut."""
         self.timer.allowed = None
-        if met is None or self.tool is None:
+        if depth is None or self.tool is None:
             return None
-        cuts, tooth = kinds != records.RAPID, self.tooth.get(self.tool.number)
-        if cuts.any() and volume.any():
-            self.limits.unknown(self.tool.number, int(lines[cuts][0]), self.tool.geometry, self.turns)
+        cuts, tooth = part.cutting, self.tooth.get(self.tool.number)
+        if cuts.any() and part.volume.any():
+            self.limits.unknown(self.tool.number, int(part.lines[cuts][0]), self.tool.geometry, self.turns)
         if tooth is None or not self.turns > 0:
             return None
-        loads = tooth.loads(steps, length, volume, met["depth"][moving].astype(np.float64), cuts)
+        loads = tooth.loads(part.steps, part.length, part.volume, depth.astype(np.float64), cuts)
         self.timer.allowed = tooth.allowed(loads, self.turns)
         return loads
 

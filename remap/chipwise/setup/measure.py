@@ -92,23 +92,23 @@ class SetupTimer(Timer):
         """M251 of the program: it is seen, and what counts here is F."""
         self.has_own_rate = self.has_own_rate or int(mode) != OFF
 
-    def spend(self, kinds, lines, feed, steps, length, volume, tool, first=None, stops=False):
+    def spend(self, part, tool, stops=False):
         """As Timer.spend."""
-        self._down = steps[:, 2] < -FALL * length
-        begin = self.end_z - np.cumsum(steps[::-1, 2])[::-1]        # Z
-        self._above = (np.minimum(begin, begin + steps[:, 2]) >= self.clear_z - SAME_Z) | (steps[:, 2] > UPRIGHT * length)
-        rates = super().spend(kinds, lines, feed, steps, length, volume, tool, first, stops)
+        rise = part.steps[:, 2]
+        self._down = rise < -FALL * part.length
+        begin = self.end_z - np.cumsum(rise[::-1])[::-1]            # Z
+        self._above = (np.minimum(begin, begin + rise) >= self.clear_z - SAME_Z) | (rise > UPRIGHT * part.length)
+        rates = super().spend(part, tool, stops)
         if tool is not None:
-            self.loads.setdefault(tool.number, ToolLoad()).add(kinds != records.RAPID, self._down, length, volume, *self.seconds)
-            self.loads[tool.number].add_air((kinds != records.RAPID) & self._above, *self.seconds, self._air)
+            self.loads.setdefault(tool.number, ToolLoad()).add(part.cutting, self._down, part.length, part.volume, *self.seconds)
+            self.loads[tool.number].add_air(part.cutting & self._above, *self.seconds, self._air)
         return rates
 
-    def _plan_more(self, path, cutting, wanted, rapid_speed, accel, stops):
-        asked = np.where(cutting & self._above, rapid_speed, wanted)
-        moves = blends.moves(*path, rapid_speed, accel)
-        self._air = self._planned(moves, path[3], path[4], asked, accel, self._speed_air, stops)
+    def _plan_more(self, part, wanted, rapid_speed, accel, stops):
+        asked = np.where(part.cutting & self._above, rapid_speed, wanted)
+        self._air = self._planned(part, blends.moves(part, rapid_speed, accel), asked, accel, self._speed_air, stops)
 
-    def _volumetric(self, moves, length, volume, plain, tool):
+    def _volumetric(self, moves, part, plain, tool):
         raised = np.where(self._down, plain, self.ceiling_of(tool.number if tool else 0) * plain)
         return raised if self.allowed is None else np.minimum(raised, self.allowed)         # as the machine will
 
