@@ -137,15 +137,18 @@ class Shifter:
     # ---- a section --------------------------------------------------------------------------------------------
 
     def _section(self, section):
+        """The moves of a section; when it returns, what the head of this file says of the begin of a body holds of the next section."""
         program, first, end = self.program, section.first, section.end
         kinds = program.kind[first:end]
         start = program.start(first)
         steps = np.diff(program.end[first:end], axis=0, prepend=start[None])
         self.figures.first_feed += float(np.sqrt((steps[kinds != RAPID] ** 2).sum(axis=1)).sum())
+        # [1] judge the first path in a copy of the map: where the flutes reach everywhere, that is all
         before = sections.Window(self.ground.stock, np.array([[-math.inf] * 3, [math.inf] * 3]), 0.0)
         if self._long_enough(start, program.end[first:end], kinds):
             self.ground.proof.follow(self.ground.tool, start, program.end[first:end])
             return
+        # [2] else from the begin again, body by body
         before.restore()
         del before                                              # a copy of the map
         self._bodies(first, end, np.hypot(steps[:, 0], steps[:, 1]) > ACROSS_MM)
@@ -171,15 +174,15 @@ class Shifter:
         lead, k = [], 0
         while k < len(feeds):
             at, behind = begins[k:k + 2].tolist()
-            if not goes[k]:
+            if not goes[k]:                 # along the axis only
                 lead += range(at, behind)
                 k += 1
-            elif feeds[k]:
+            elif feeds[k]:                  # a body, up to the next step outside of one
                 divided = int(begins.searchsorted(at + MOST_MOVES, side="right")) - 1
                 k = max(k + 1, min(int(stops[stops.searchsorted(k)]), divided))
                 self._body(lead, at, int(begins[k]), end)
                 lead = []
-            else:
+            else:                           # a rapid across: what came down before it was a hole
                 self._drill(lead)
                 self._traverse(at, behind)
                 lead = []
@@ -209,22 +212,28 @@ class Shifter:
     # ---- a body -----------------------------------------------------------------------------------------------
 
     def _body(self, lead, first, end, section_end):
+        """One body: the feed moves first .. end - 1 across the tool's axis, with the moves `lead` that lead to them."""
         program, ground = self.program, self.ground
+        # [S103] cut the body as the first path has it, and look how deep it was
         points, owner = sections.pieces(np.concatenate((program.start(first)[None], program.end[first:end])), ground.piece)
         body = path_moves.Body(points, owner + first, lead)
         window = ground.window(points)
         self._lead_in(body, points)
         depth = ground.cut(points[0], points[1:])["depth"]
         if (depth <= ground.tool.flute_length + OVER_MM).all():
+            # too deep nowhere: the first path stays, and the map is as it leaves it already
             ground.proof.follow(ground.tool, program.start(first), program.end[first:end])
             return
+        # keep what the first path leaves of the stock, and put the stock back to before the body
         target = ground.window(points)                          # what the first path leaves
         window.restore()
         wall = self.links.wall(points[0])
         if not self.order.anywhere:
             program.check_shiftable(first, end)
+        # [S105] cut R3 in its place, and write it
         moved = self._shifted(body, target, depth)
         self._replace(body, moved, wall)
+        # R4: what is left is travelled again, until the map is as the first path leaves it
         self._note(first, end, bool(lead), self._rest(body, moved, end, section_end))
 
     def _note(self, first, end, has_lead, levels):
@@ -284,17 +293,20 @@ class Shifter:
     def _replace(self, body, moved, wall):
         """R3 in the place of the body's steps that it changes.  wall: as in Links.wall() where it begins, before."""
         program, edits = self.program, self.edits
+        # the moves that lead to the body end where R3 begins
         z0 = moved[0, 2]
         if z0 > body.points[0, 2] + 1e-9:
             for move in body.lead:
                 if program.end[move, 2] < z0 - 1e-9:
                     edits.instead[int(program.step[move])] = self._lead(body, move, z0, wall)
+        # the steps with a point that is left out or shifted ..
         changed = np.isnan(moved[:, 2]) | (moved[:, 2] > body.points[:, 2] + 1e-9)
         steps = program.step[body.move]
         moves, spans = path_moves.moves_along(program, body, moved)
         if z0 > body.points[0, 2] + 1e-9 and not body.lead:         # the tool is at the first path's height before
             down = Move(FEED, tuple(moved[0].tolist()), float(program.feed[body.move[0]]))
             moves, spans = Table.joined([Table.of([down]), moves]), np.concatenate(([[0, 0]], spans))
+        # .. get the moves of R3 that come from them
         instead, owner = np.unique(steps[changed[:-1] | changed[1:]]), steps[spans[:, 0]]
         own = np.flatnonzero(np.isin(owner, instead))
         edits.instead.put(instead, np.append(np.searchsorted(owner[own], instead), len(own)), moves.take(own), "shifted along the axis")
