@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from chipwise.host.files import JOURNAL
-from chipwise.monitor import open_mark
+from chipwise.monitor import open_mark, stock_files
 from chipwise.monitor.live_stock import LiveStock
 from chipwise.monitor.stock_files import StockFiles
 from chipwise.resume import stocks
@@ -95,6 +95,28 @@ def test_a_slow_disk_holds_up_no_look(run, tmp_path, cut, monkeypatch):
     threading.Timer(0.1, done.set).start()
     files.end()
     assert sorted(os.listdir(tmp_path)) == KEPT and said == []
+
+
+def test_a_slow_disk_holds_up_no_look_of_the_next_monitor(tmp_path, monkeypatch):
+    """One that begins in place of another deletes what that has saved, before it saves itself; the end waits for it."""
+    (tmp_path / JOURNAL).write_bytes(b'of another stock')
+    sent, done, remove, began = threading.Event(), threading.Event(), stock_files.remove_durable, []
+
+    def slow(path):
+        sent.set()
+        assert done.wait(60.0)
+        remove(path)
+    monkeypatch.setattr(stock_files, 'remove_durable', slow)
+    monkeypatch.setattr(LiveStock, 'start', lambda live: began.append(os.listdir(tmp_path)))
+    files = StockFiles(Pins({'request': 0, 'ready': False, 'stock-defined': False, 'certain': False, 'job-stock': 0}),
+                       parse_settings({'KEEP_STOCK': 'yes', 'STOCK_DIR': str(tmp_path)}), print)
+    files.stock, files.kept_is_due = Map(1_000_000), False
+    files.step(0.0)
+    files.step(0.0)
+    assert sent.wait(60.0) and os.listdir(tmp_path) == [JOURNAL] and began == []
+    threading.Timer(0.1, done.set).start()
+    files.end()
+    assert began == [[]] and os.listdir(tmp_path) == []
 
 
 def test_an_assumed_stock_is_not_kept(run, tmp_path, cut):
@@ -192,6 +214,7 @@ def test_a_journal_that_does_not_fit_waits_for_the_remedy(run, tmp_path, cut):
     files, said = run(capacity=100)
     files.was_on = True
     files.step(0.0)
+    files.removal.wait()
     assert not (tmp_path / JOURNAL).exists(), 'it may have cut'
 
 

@@ -2,6 +2,7 @@
 """What chipwise-monitor makes of the load of the spindle: factors that are kept, wear, words."""
 import errno
 import os
+import threading
 
 import pytest
 
@@ -27,6 +28,9 @@ class Watched:
     def __call__(self, material="6061", **pins):
         self.pins.update({name.replace("_", "-"): value for name, value in pins.items()})
         self.load.follow(material, lambda: 57)
+        self.load.aside.wait()          # for the thread that writes
+        self.load.look()
+        self.load.aside.wait()
 
     def cut(self, factor, material="6061"):
         self(material, load_cut_factor=factor, load_cuts=self.pins["load-cuts"] + 1)
@@ -99,6 +103,29 @@ def test_a_file_that_is_being_changed_is_written_at_the_next_look(tmp_path):
         other[5, "C45"] = 2.0
     watched()
     assert load_factors.read(path) == {(3, "6061"): 1.3, (5, "C45"): 2.0} and len(watched.told) == 1 and "it is kept in" in watched.told[0]
+
+
+def test_a_slow_disk_holds_up_no_look(tmp_path, monkeypatch):
+    """The tool is followed while the disk takes its time with a factor; one that is taught meanwhile comes next, and the end waits for both."""
+    watched, path = Watched(tmp_path), str(tmp_path / "spindle_loads.toml")
+    sent, done, write = threading.Event(), threading.Event(), load_factors.write_durable
+
+    def slow(*given):
+        sent.set()
+        assert done.wait(60.0)
+        write(*given)
+    monkeypatch.setattr(load_factors, "write_durable", slow)
+    monkeypatch.setattr(watched.load.aside, "wait", lambda: None)
+    watched.cut(1.3)
+    assert sent.wait(60.0)
+    watched.cut(0.9, "C45")
+    assert watched.pins["load-factor"] == 0.9 and not os.path.exists(path) and not watched.told
+    watched()
+    assert watched.pins["load-factor"] == 1.3
+    monkeypatch.undo()
+    threading.Timer(0.1, done.set).start()
+    watched.load.end()
+    assert load_factors.read(path) == {(3, "6061"): 1.3, (3, "C45"): 0.9} and len(watched.told) == 2 and not watched.errors
 
 
 def test_a_broken_file_is_not_replaced(tmp_path):

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The note that this run of LinuxCNC has a stock, or may have cut the one that was kept: if it is there at the next start, that run did not end in order.
 
-Called by stock_files.py.  A thread writes it: a disk may take seconds until something is surely on it, and the tool is followed meanwhile.
+Called by stock_files.py.  A thread writes it (aside.py).  If the monitor is killed before it is on the disk, a power loss is not seen at the next start.
 """
 
 import os
-import threading
 
 from chipwise.host.files import printable, write_durable
+from chipwise.monitor.aside import Aside
 from chipwise.stock import store
 
 TEXT = b"A run of LinuxCNC with [CHIPWISE]KEEP_STOCK has a stock. If none runs, it did not end in order, and the stock as saved last is in kept.journal.\n"
@@ -18,18 +18,16 @@ class OpenMark:
 
     def __init__(self, path):
         """path: function of the name of a file -> its path in STOCK_DIR."""
-        self.path, self._thread = path, None
+        self.path, self._aside = path, Aside()
 
     def write(self):
         """Once; returns at once."""
-        if self._thread is None:
-            self._thread = threading.Thread(target=self._write, daemon=True)
-            self._thread.start()
+        if not self._aside.is_begun():
+            self._aside.begin(self._write)
 
     def wait(self):
         """Until it is on the disk, if it was to be written."""
-        if self._thread:
-            self._thread.join()
+        self._aside.wait()
 
     def _write(self):
         path = self.path(store.OPEN)

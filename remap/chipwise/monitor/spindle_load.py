@@ -3,12 +3,17 @@
 
 Called by worker.py.  core/spindle_load.h finds factors and alarms; here is what needs a file and an operator.  The first cut of a tool in a material
 teaches its factor (tool_data/load_factors.py); later ones are compared with it, each with a line in the log.
+
+A thread writes the file (aside.py).  If the monitor is killed before a factor is on the disk, that factor is lost, and the next cut of the tool in the
+material teaches it again; the file is the old one or the new one.
 """
 
+import functools
 import os
 
 from chipwise.clib.layout import LoadAlarm
 from chipwise.errors import CycleError, unnamed
+from chipwise.monitor.aside import Aside
 from chipwise.monitor.saying import Saying
 from chipwise.tool_data import load_factors
 
@@ -35,7 +40,8 @@ class SpindleLoad:
         self.pins, self.path, self.say, self.saying = component, settings.path('SPINDLE_LOADS'), say, Saying(inform)
         self.factors, self.stamp = {}, None
         self.cuts = None                        # of the last look
-        self.unkept, self.due = {}, set()       # factors that are not in the file yet; those of them that wait for its lock
+        self.unkept, self.due = {}, set()       # factors that are not in the file yet; those of them that are to be written
+        self.aside, self.written = Aside(), None        # the thread, and what came of it: arguments of took()
         self.said_alarm = LoadAlarm.SOUND
         self.worn, self.said_worn = set(), set()        # (tool, material): of the last cut; said
         self.strange, self.said_strange = 0, False      # looks; since a cut gave its factor
@@ -56,9 +62,7 @@ class SpindleLoad:
 
     def follow(self, material, line):
         """material: its name, '' if it is not known; line: function that returns that of the program, 0 in MDI."""
-        self.read()
-        if self.due:
-            self.keep()
+        self.look()
         pins, key = self.pins, (self.pins['tool-number'], material)
         cuts, before = pins['load-cuts'], self.cuts
         self.cuts = cuts
@@ -76,7 +80,7 @@ class SpindleLoad:
         if taught is None:
             self.factors[key] = self.unkept[key] = factor
             self.due.add(key)
-            self.keep()
+            self.look()
             return
         print(f'chipwise: spindle load: tool {tool} in {material} {factor:.3f}, taught {taught:.3f}', flush=True)
         worn = factor > WORN * taught
@@ -85,22 +89,49 @@ class SpindleLoad:
             self.saying.tell(WEAR.format(tool=tool, ratio=factor / taught, material=material, file=file))
         (self.worn.add if worn else self.worn.discard)(key)
 
-    def keep(self):
-        """Write what has been taught; while somebody else writes it waits for the next look, not here."""
-        text, reason, told = TAUGHT, '', self.unkept
+    def look(self):
+        """What the thread has written, what others have, and what is to be written; waits for nothing."""
+        if self.aside.is_busy():
+            return
+        if self.written:
+            self.took(*self.written)
+            self.written = None
+        self.read()
+        if self.due:
+            self.aside.begin(functools.partial(self.keep, dict(self.unkept)))
+
+    def keep(self, taught):
+        """The thread's: write what has been taught; while somebody else writes it waits for the next look."""
         try:
             with load_factors.changing(self.path, waits=False) as found:
-                found.update(self.unkept)
-            self.factors, self.stamp, self.unkept = found, os.stat(self.path).st_mtime_ns, {}
+                found.update(taught)
+            self.written = taught, found, os.stat(self.path).st_mtime_ns, ''
         except BlockingIOError:
             return
         except OSError as error:            # it counts until LinuxCNC ends
-            text, reason, told = NOT_KEPT, error.strerror or error, self.due
+            self.written = taught, None, None, error.strerror or str(error)
         except CycleError as error:
-            text, reason, told = NOT_KEPT, unnamed(error).partition('; ')[0], self.due
+            self.written = taught, None, None, unnamed(error).partition('; ')[0]
+        except Exception as error:          # it is tried again with the next factor, not at every look
+            self.written = taught, None, None, f'{type(error).__name__}: {error}'
+
+    def took(self, taught, found, stamp, reason):
+        """Factors are in the file, or cannot be for a reason; those that have been taught meanwhile are next."""
+        told = set(taught) if found else self.due & set(taught)
+        if found:
+            self.unkept = {key: factor for key, factor in self.unkept.items() if key not in taught}
+            self.factors, self.stamp = {**found, **self.unkept}, stamp
         for tool, material in sorted(told):
-            self.saying.tell(text.format(factor=self.factors[tool, material], tool=tool, material=material, file=os.path.basename(self.path), reason=reason))
-        self.due.clear()
+            self.saying.tell((TAUGHT if found else NOT_KEPT).format(factor=self.factors[tool, material], tool=tool, material=material,
+                                                                   file=os.path.basename(self.path), reason=reason))
+        self.due -= set(taught)
+
+    def end(self):
+        """Until what has been taught is on the disk; a file that somebody else is writing is tried once more."""
+        for _ in range(2):
+            self.aside.wait()
+            self.look()
+        self.aside.wait()
 
     def report(self, key, line):
         """An alarm, once."""

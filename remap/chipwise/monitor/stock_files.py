@@ -9,6 +9,9 @@ Called by worker.py, in user space, while motion waits.  A restore has five step
     5. the reply (stock/reasons.py), which stays until the interpreter has read it and withdraws the request.
 If the monitor is killed in between, hold stays TRUE: no stock is known, the feed is F, M254 ends with a message.  The next
 monitor (takeover.py) ends the hold; the tracker finds the map incomplete, and a request that still waits is served from step 1.
+
+While the machine may move, a thread deletes and writes files (aside.py, live_stock.py).  If the monitor is killed before a saved stock that is not that
+of the machine any more is deleted, the next monitor deletes it; after a power loss in that moment it may come back.
 """
 
 import os
@@ -18,6 +21,7 @@ from dataclasses import replace
 
 from chipwise.host.clock import patience
 from chipwise.host.files import JOURNAL, printable, read_bytes, remove_durable
+from chipwise.monitor.aside import Aside
 from chipwise.monitor.clamps_in_force import ClampsInForce
 from chipwise.monitor.known import LARGEST_S32
 from chipwise.monitor.live_stock import LiveStock
@@ -58,6 +62,7 @@ class StockFiles:
         self.refused_journal = False    # and that is JOURNAL
         self.open_mark = OpenMark(self.path)      # this run has a stock
         self.live = None            # LiveStock, with KEEP_STOCK
+        self.removal = Aside()      # of a JOURNAL that is not of this stock
 
     def path(self, name):
         return os.path.join(self.settings.path('STOCK_DIR'), name)
@@ -85,7 +90,7 @@ class StockFiles:
             self.live.start()
         if self.kept_refused and self.was_on and self.refused_journal:
             self.refused_journal = False
-            self.remove(self.path(JOURNAL))
+            self.removal.begin(lambda: self.remove(self.path(JOURNAL)))
         if self.settings['KEEP_STOCK'] and (self.component['ready'] and self.component['certain'] or self.kept_refused and self.was_on):
             self.open_mark.write()
 
@@ -280,8 +285,12 @@ class StockFiles:
             return
         self.live = LiveStock(self.path(JOURNAL), self.stock, self.say, self.is_kept)
         if not self.kept_is_due:        # another monitor was before: its file may be of another stock
-            self.remove(self.path(JOURNAL))
-            self.live.start()
+            self.removal.begin(self.begin_live)
+
+    def begin_live(self):
+        """Save without what another monitor has saved."""
+        self.remove(self.path(JOURNAL))
+        self.live.start()
 
     def end(self):
         """Save the stock for the next run and detach the map."""
@@ -298,6 +307,7 @@ class StockFiles:
             return
         from chipwise.stock import store
         path = self.path(store.KEPT)
+        self.removal.wait()
         if self.live:
             self.live.end()
         reply = self.save(path)

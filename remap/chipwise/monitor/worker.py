@@ -332,3 +332,4 @@ def watch(component, settings, inherited, died):
         monitor.set_up.end()
         monitor.comment_clamps.end()
         monitor.stock_files.end()
+        monitor.spindle_load.end()
