@@ -9,8 +9,14 @@ motion is over: the operator aborts the program (Stop, Esc) and may then jog or 
 lets the machine continue past this stop once: a traverse until it has left the stock, or until the traverse or the
 line ends.
 
+.B waits
+holds a traverse without ending it: while the shape of a new tool is still awaited, nobody can say whether the traverse meets
+stock or a clamp. It goes on by itself when chipwise-monitor has described the tool, or
+.B monitor-timeout
+of stock_tracker has passed. Without a certain stock and without clamps nothing waits.
+
 .B inhibit, hold
-are stop combined with the requests of other HAL files at
+are stop and waits combined with the requests of other HAL files at
 .B inhibit-in, hold-in.
 They go to motion.feed-inhibit and motion.feed-hold. chipwise needs both: LinuxCNC 2.9 and 2.10 use the first only while
 the spindle override is enabled (control.c: M51 P0 and M49 switch it off), the second only while M53 P1 is on. With
@@ -33,14 +39,19 @@ pin in real depth "stock-tracker.N.depth, machine units";
 pin in si32 motion_type "motion.motion-type; 0 ends the hold";
 pin in bool coord_mode "motion.coord-mode; FALSE (jogging, homing) ends the hold";
 pin in si32 program_line "motion.program-line";
+pin in bool tool_awaited "stock-tracker.N.tool-awaited: a traverse waits";
+pin in bool certain "stock-tracker.N.certain: there is a stock that traverses are guarded from";
+pin in si32 clamp_count "stock-tracker.N.clamp-count";
+pin in si32 tool_in_spindle "its number (iocontrol.0.tool-number), for the message";
 pin in bool release "rising edge: continue past this stop";
 
 pin in bool inhibit_in "request of another HAL file to inhibit the feed; passed on to inhibit";
 pin in bool hold_in "request of another HAL file to hold the feed; passed on to hold";
 
 pin out bool stop "TRUE while a guard stops the machine";
-pin out bool inhibit "to motion.feed-inhibit: stop or inhibit-in";
-pin out bool hold "to motion.feed-hold: stop or hold-in";
+pin out bool waits "TRUE while a traverse waits for the shape of a new tool";
+pin out bool inhibit "to motion.feed-inhibit: stop, waits or inhibit-in";
+pin out bool hold "to motion.feed-hold: stop, waits or hold-in";
 pin out si32 reason "reason of the stop: 0 none, 1 rapid contact, 2 flute excess, 3 override ignored, 4 spindle load, 5 clamp contact";
 pin out si32 line "program line of the stop";
 pin out real distance "distance from the traverse to the stock, or from the move to the clearance of the clamp, at the stop, machine units";
@@ -51,12 +62,15 @@ pin out real deepest "depth of cut at the stop, machine units; for a flute exces
 param rw bool guard_rapid = 1 "TRUE: stop on rapid-contact";
 param rw bool guard_clamp = 1 "TRUE: stop on clamp-contact";
 param rw bool guard_flute = 1 "TRUE: stop on flute-excess";
+param rw real notice = 0.5 "time that a traverse waits until a message says so, s";
 param rw bool guard_override = 1 "TRUE: stop on override-ignored";
 
 variable int was_released;
 variable int passing;
 variable int reached;
 variable int passing_line;
+variable double waited_s;
+variable int is_told;
 function _;
 license "GPL";
 author "chipwise";
@@ -77,6 +91,18 @@ static int is_past(struct __comp_state *__comp_inst, int found)
 
 /* A length from a pin; 0 if it is not a length. */
 static double length(double value) { return value >= 0.0 && value < 1e9 ? value : 0.0; }
+
+/* Tells the operator of a traverse that waits for long, once: chipwise-monitor may be what does not come. */
+static void tell(struct __comp_state *__comp_inst, long period)
+{
+    waited_s = waits ? waited_s + fperiod : 0.0;
+    is_told &= waits;
+    if (is_told || !(waited_s > notice)) return;
+    is_told = 1;
+    rtapi_print_msg(RTAPI_MSG_ERR,
+        "chipwise: a traverse waits because chipwise-monitor has not described tool %d yet; it goes on by itself, after some "
+        "seconds without a guard\n", (int)tool_in_spindle);
+}
 
 FUNCTION(_) {
     int moving = motion_type != CHIP_MOTION_NONE && coord_mode;
@@ -107,6 +133,9 @@ FUNCTION(_) {
         deepest_set(length(depth)); /* at the first touch the edge of the stock is known within a cell only */
     }
     stop_set(reason != CHIP_REASON_NONE);
-    inhibit_set(stop || inhibit_in);
-    hold_set(stop || hold_in);
+    waits_set(moving && motion_type == CHIP_MOTION_TRAVERSE && tool_awaited
+        && ((certain && guard_rapid) || (clamp_count > 0 && guard_clamp)));
+    tell(__comp_inst, period);
+    inhibit_set(stop || waits || inhibit_in);
+    hold_set(stop || waits || hold_in);
 }

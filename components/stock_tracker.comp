@@ -80,6 +80,7 @@ pin out real pace_distance = -2.0 "travel until pace-vel applies, machine units;
 pin out real pace_vel "largest velocity of the program there, machine units/s: below air-clearance F down, ceiling times F otherwise";
 pin out real pace_accel "mean acceleration the planner may brake with until there, machine units/s2; 0: unknown";
 pin out bool flute_excess "the depth exceeds the flute length while cutting";
+pin out bool tool_awaited "tool-in-spindle is not tool-followed yet, and chipwise-monitor may still describe it (until monitor-timeout); to chipwise-guard.N.tool-awaited";
 pin out bool rapid_contact "a traverse meets stock, or will meet it within its braking distance";
 pin out real rapid_distance "machine units to the stock a traverse is about to meet; 0: none seen";
 pin out bool aborted "motion got the command to abort (Stop, E-stop, error of a program) since the last period";
@@ -335,4 +336,5 @@ FUNCTION(_) {
     is_cutting = enable && in.motion > 0 && section_area > 0.0;
     path_refused_set(chip_path_watch_step(&path_state, read_path ? planner.refusal : 0, is_cutting, fperiod));
     load_lost_set(watch_load(__comp_inst, &in));
+    tool_awaited_set(watch.is_awaited);
 }

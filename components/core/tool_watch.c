@@ -35,4 +35,8 @@ void chip_tool_watch_step(struct chip_tool_watch *watch, const struct chip_tool_
     else
         watch->code = CHIP_TOOL_WATCHED;
     watch->is_unwatched = begins || watch->code == CHIP_TOOL_UNWATCHED;
+    watch->is_awaited =
+        watch->is_unknown && watched && watch->code != CHIP_TOOL_UNWATCHED && watch->changed_s <= in->monitor_timeout_s;
+    CHIP_FAULT(TOOL_NOT_AWAITED, watch->is_awaited = 0);
+    CHIP_FAULT(AWAITED_FOR_EVER, watch->is_awaited = watch->is_unknown);
 }

@@ -16,6 +16,9 @@
  *  3. A monitor that begins in place of one that has died sets the count back. Nobody followed the tool until then.
  *  4. If the whole computer was stopped (a virtual machine, a laptop asleep), the servo thread makes up
  *     the periods that it has missed at once. The monitor had no time in them, so they do not count against it.
+ *  5. Nobody can say whether a traverse of an unknown tool meets stock or a clamp, so it waits (`is_awaited`), as long as the
+ *     monitor may still come: until its timeout has passed since the tool changed, or since its last heartbeat. A tool that
+ *     the monitor has followed is known, even if it has no shape that could be guarded: it is not waited for.
  */
 #ifndef CHIPWISE_TOOL_WATCH_H
 #define CHIPWISE_TOOL_WATCH_H
@@ -49,6 +52,7 @@ struct chip_tool_watch {
     double stopped_s; /* of standstill that is still to be made up [4] */
     int is_unknown;   /* nothing may be cut with the tool that was described [1] */
     int is_unwatched; /* nobody follows the tool [2], or nobody did up to this period [3] */
+    int is_awaited;   /* it is unknown, and the monitor may still describe it [5] */
     int code;         /* chip_tool_watch_fault */
 };
 

@@ -216,6 +216,7 @@ static void check_tool_watch(int spoilt)
     in_range("silent", watch.silent_s, 0.0, 1e6);
     in_range("changed", watch.changed_s, 0.0, 1e6);
     in_range("stood", watch.stopped_s, 0.0, 1e6);
+    expect(!watch.is_awaited || watch.is_unknown, "a known tool is awaited", watch.is_awaited);
     expect(beat.tool_in_spindle_number == 1 || watch.is_unknown, "an unknown tool", beat.tool_in_spindle_number);
 }
 

@@ -55,6 +55,8 @@ FAULTS = {
     "UNREAD_IS_AIR": ("at the ceiling until the tooth load is read", "test_tooth.py::test_limits_alone_that_are_not_read_yet"),
     "BAD_SAMPLE_TAKEN": ("samples taken that are not numbers", "test_spindle_load.c"),
     "STANDSTILL_COUNTED": ("the monitor blamed for a computer that was stopped", "test_seldom.c"),
+    "TOOL_NOT_AWAITED": ("a traverse of an unknown tool goes on", "test_seldom.c"),
+    "AWAITED_FOR_EVER": ("a traverse waits for a tool that never comes", "test_seldom.c"),
     "LAG_NOT_ALLOWED": ("the sensor of the spindle's load late by nothing", "test_spindle_load.c"),
     "TRUSTED_ANYHOW": ("a load compared where nothing of it is known", "test_spindle_load.c"),
     "RUBS_UNKNOWN": ("a chip that is not known rubs", "test_run_sums.py::test_the_time_that_a_tool_rubs"),

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* What seldom happens in the core: a queue that is full, a map that others have spoilt, a path that gets shorter, a probe at the end of
- * the path, a model without heights, a computer that was stopped. */
+ * the path, a model without heights, a computer that was stopped, a tool whose shape comes late. */
 #include <math.h>
 
 #include "core_checks.h"
@@ -226,6 +226,38 @@ static void computer_was_stopped(void)
     CHECK(silent_for(&watch, 6000, NAN) == CHIP_TOOL_UNWATCHED);
 }
 
+/* Periods of 1 ms in which tool 2 is in the spindle, of a monitor that has followed `followed` and beats or not; returns in how many of them
+ * its traverses wait. */
+static int waits_for(struct chip_tool_watch *watch, int count, int followed, int beats, double timeout_s)
+{
+    struct chip_tool_watch_in in = { 2, followed, watch->last_heartbeat, timeout_s, 0.001, 0.001 };
+    int waits = 0, before = 1;
+    while (count--) {
+        in.heartbeat_count += beats;
+        chip_tool_watch_step(watch, &in);
+        CHECK(before || !watch->is_awaited); /* a wait that is over does not begin again */
+        waits += before = watch->is_awaited;
+    }
+    return waits;
+}
+
+/* Another tool, whose shape comes late, or never: traverses wait for it, as long as it may come, and not at all if it is known or nobody watches. */
+static void tool_is_awaited(void)
+{
+    struct chip_tool_watch watch = { 0 };
+    CHECK(waits_for(&watch, 100, 2, 1, 5.0) == 0);
+    CHECK(waits_for(&watch, 20, 1, 1, 5.0) == 20); /* by a monitor that is late */
+    CHECK(waits_for(&watch, 100, 2, 1, 5.0) == 0);
+    NEAR(waits_for(&watch, 9000, 1, 1, 5.0), 5000, 1.0); /* that follows no tool any more */
+    CHECK(waits_for(&watch, 100, 2, 1, 5.0) == 0);
+    CHECK(waits_for(&watch, 2000, 2, 0, 5.0) == 0);
+    NEAR(waits_for(&watch, 9000, 1, 0, 5.0), 3000, 1.0); /* that had died 2 s before */
+    CHECK(waits_for(&watch, 100, 1, 0, 5.0) == 0);
+    watch = (struct chip_tool_watch){ 0 };
+    CHECK(waits_for(&watch, 1000, 1, 1, 0.0) == 0); /* nobody watches the monitor */
+    CHECK(waits_for(&watch, 1000, 1, 1, NAN) == 0);
+}
+
 int main(void)
 {
     queue_is_full(0);
@@ -238,5 +270,6 @@ int main(void)
     path_that_is_too_short_to_stop();
     model_without_heights();
     computer_was_stopped();
+    tool_is_awaited();
     return report();
 }

@@ -37,6 +37,7 @@ HELP = 'load the HAL components (called by chipwise.hal)'
 
 BYTES_PER_CELL = ctypes.sizeof(Cell)
 AXIS_ACCELERATION = 1.0     # machine units/s2: LinuxCNC's for an axis without one, whatever [TRAJ] and the joint have (emccfg.h, 2.9 and 2.10)
+NOTICE_S = 0.5              # that a traverse waits for the shape of a new tool until a message says so
 MONITOR_TIMEOUT_S = 5.0     # without a heartbeat of chipwise-monitor until fault 16
 TOOL_NUMBER = 'iocontrol.0.tool-number'
 # Cells across a tool: with more, a period takes more than 10 us on average.  A round end lowers all cells in front of it, a flat one those at its rim.
@@ -161,10 +162,10 @@ def feed_parameters(ini, settings, units, acceleration):
         'max-override': max_feed_override(ini)}
 
 
-def tap(source, signal, copy, target):
-    """Connect `target` to the signal of `source`; if it has none, to `copy`, which leaves `source` free."""
+def tap(source, signal, copy, *targets):
+    """Connect `targets` to the signal of `source`; if it has none, to `copy`, which leaves `source` free."""
     found = signal_of(source)
-    halcmd(*(('net', found, target) if found else ('net', signal, copy, target)))
+    halcmd(*(('net', found) if found else ('net', signal, copy)), *targets)
 
 
 def check_machine(ini):
@@ -220,7 +221,8 @@ def check_analog(key, kind, number, count):
 def watch_the_tool():
     """Connect the machine's own tool number, which changes at the moment of a tool change."""
     if pins(TOOL_NUMBER):
-        tap(TOOL_NUMBER, 'chipwise-tool-in-spindle', 'chipwise-inputs.0.tool-number', 'stock-tracker.0.tool-in-spindle')
+        tap(TOOL_NUMBER, 'chipwise-tool-in-spindle', 'chipwise-inputs.0.tool-number', 'stock-tracker.0.tool-in-spindle',
+            'chipwise-guard.0.tool-in-spindle')
     else:
         print(f'chipwise: there is no {TOOL_NUMBER}, so a tool change while chipwise-monitor is stopped is noticed after '
               f'{MONITOR_TIMEOUT_S:g} s', flush=True)
@@ -272,6 +274,7 @@ def load(ini, settings):
             ('loadrt', 'chipwise_guard'),
             ('setp', 'chipwise-guard.0.guard-rapid', f"{settings['GUARD_RAPID']:d}"),
             ('setp', 'chipwise-guard.0.guard-flute', f"{settings['GUARD_FLUTE']:d}"),
+            ('setp', 'chipwise-guard.0.notice', f'{patience(NOTICE_S):g}'),
             ('setp', 'stock-tracker.0.units-per-mm', f'{units:.17g}'),
             ('setp', 'stock-tracker.0.monitor-timeout', f'{patience(MONITOR_TIMEOUT_S):g}'),
             ('setp', 'stock-tracker.0.read-path', f"{settings['READ_PATH']:d}"),

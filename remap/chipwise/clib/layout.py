@@ -700,6 +700,7 @@ class ToolWatch(C.Structure):
         ("stopped_s", C.c_double),
         ("is_unknown", C.c_int),
         ("is_unwatched", C.c_int),
+        ("is_awaited", C.c_int),
         ("code", C.c_int),
     ]
 

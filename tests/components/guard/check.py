@@ -11,8 +11,10 @@ def check(trace):
     for phase, (_inputs, stop, reason) in scene.PHASES.items():
         always(trace.only(phase), "stop", stop)
         always(trace.only(phase), "reason", reason)
-        always(trace.only(phase), "inhibit", int(stop or phase == "others inhibit"))
-        always(trace.only(phase), "hold", int(stop or phase.startswith("others hold")))
+        waits = "waits" in phase and "none" not in phase and "aborted" not in phase
+        always(trace.only(phase), "waits", int(waits))
+        always(trace.only(phase), "inhibit", int(stop or waits or phase == "others inhibit"))
+        always(trace.only(phase), "hold", int(stop or waits or phase.startswith("others hold")))
     for phases, values in ((("contact", "contact gone, standing", "flute while stopped"), (7, 12.5, 3.0)),
                            (("flute",), (9, 0.0, 4.5)), (("deeper", "less deep", "released"), (9, 0.0, 4.75)),
                            (("a feed to a clamp", "at rest before it"), (30, 5.5, 4.25)), (("the next clamp",), (30, 2.5, 4.25))):
@@ -42,5 +44,9 @@ SABOTAGE = {
     "the clamp of later": lambda t: t.put("clamp", "at rest before it", 2, 2),
     "stops no feed": lambda t: t.put("stop", "a feed to a clamp", 0),
     "never stops again": lambda t: t.put("stop", "the next stock", 0),
+    "waits for no tool": lambda t: t.put("hold", "a traverse waits for it", 0, 1),
+    "waits on": lambda t: t.put("waits", "and goes on", 1, 2),
+    "a feed waits": lambda t: t.put("waits", "a feed waits for none", 1),
+    "waits for a stock that is assumed": lambda t: t.put("inhibit", "no stock is certain", 1),
     "stops again after the release": lambda t: t.put("stop", "release kept down", 1, 2),
 }

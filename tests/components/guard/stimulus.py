@@ -4,7 +4,8 @@ from support.halrig import Stimulus
 
 NAMES = ("rapid-contact", "flute-excess", "override-ignored", "rapid-distance", "depth", "motion-type", "coord-mode",
          "program-line", "release", "inhibit-in", "hold-in", "load-stop",
-         "clamp-contact", "clamp-distance", "clamp-number", "clamp-part")
+         "clamp-contact", "clamp-distance", "clamp-number", "clamp-part",
+         "tool-awaited", "certain", "clamp-count")
 PHASES = {      # phase: (inputs, stop, reason)
     "idle": (dict(), 0, 0),
     "moving": ({"motion-type": 1, "coord-mode": 1, "program-line": 7}, 0, 0),
@@ -57,6 +58,18 @@ PHASES = {      # phase: (inputs, stop, reason)
     "in its clearance": ({"release": 0, "rapid-contact": 0}, 0, 0),
     "beyond it": ({"clamp-contact": 0}, 0, 0),
     "the next clamp": ({"clamp-contact": 1, "clamp-distance": 2.5}, 1, 5),
+    "aborted there": ({"motion-type": 0, "clamp-contact": 0, "certain": 1}, 0, 0),
+    "another tool": ({"tool-awaited": 1}, 0, 0),
+    "a traverse waits for it": ({"motion-type": 1, "program-line": 40}, 0, 0),
+    "and goes on": ({"tool-awaited": 0}, 0, 0),
+    "a feed waits for none": ({"tool-awaited": 1, "motion-type": 2}, 0, 0),
+    "nor does a probe": ({"motion-type": 5}, 0, 0),
+    "nor a jog": ({"motion-type": 1, "coord-mode": 0}, 0, 0),
+    "a stop beside it waits": ({"coord-mode": 1, "rapid-contact": 1}, 1, 1),
+    "aborted while it waits": ({"motion-type": 0, "rapid-contact": 0}, 0, 0),
+    "no stock is certain": ({"motion-type": 1, "certain": 0}, 0, 0),
+    "but there are clamps: it waits": ({"clamp-count": 2}, 0, 0),
+    "known at last": ({"tool-awaited": 0}, 0, 0),
 }
 ROWS = 5
 

@@ -2,7 +2,7 @@
 """When a tool that is not known any more stops being used, and that nothing else does."""
 import numpy as np
 
-from support.halrig import SCENES, load_module, require, within
+from support.halrig import SCENES, always, load_module, require, within
 
 scene = load_module(SCENES / "tracker_watch/stimulus.py")
 F = 20.0 / 50.0                         # the programmed feed as an override
@@ -55,6 +55,23 @@ def check(trace):
     assert abs(still.mean() - slot) < 0.03 * slot, "removed-volume: a tool whose number is right cuts on"
     again = trace.only("heartbeat again")
     well(again, 20)
+    awaited(trace)
+
+
+def awaited(trace):
+    """Traverses wait for a tool while it is unknown, from the change on for `monitor-timeout`, or for so long since the last heartbeat."""
+    for phase in trace.phases:
+        part = trace.only(phase)
+        if phase in ("changed, late", "changed, dead"):
+            always(part, "tool-awaited", 1)
+        elif "changed" not in phase:
+            always(part, "tool-awaited", 0)
+    never, silent = (np.flatnonzero(trace.only(f"changed, {name}")["tool-awaited"]) for name in ("never followed", "silent"))
+    assert never[0] == 0 and abs(len(never) - scene.LIMIT) <= 1, f"tool-awaited: {len(never)} periods, allowed: {scene.LIMIT} +- 1"
+    last = scene.LIMIT - (trace.phases["changed, silent"].start % 20 or 20)
+    assert silent[0] == 100 and abs(silent[-1] + 1 - last) <= 1, f"tool-awaited: up to row {silent[-1]}, allowed: {last} +- 1"
+    for rows in (never, silent):
+        assert len(rows) == rows[-1] - rows[0] + 1, "tool-awaited: with a gap"
 
 
 SABOTAGE = {
@@ -67,5 +84,9 @@ SABOTAGE = {
     "cuts with an unknown tool": lambda t: t.but(removed_volume=lambda v: v + 0.01 * np.arange(len(v))),
     "heartbeat not watched": lambda t: t.put("ready", "no heartbeat", 1),
     "alarm too early": lambda t: t.put("ready", "no heartbeat", 0, 100),
+    "not awaited": lambda t: t.put("tool-awaited", "changed, late", 0, 1),
+    "awaited for ever": lambda t: t.put("tool-awaited", "changed, never followed", 1),
+    "a silent monitor awaited": lambda t: t.put("tool-awaited", "changed, silent", 1),
+    "awaited though known": lambda t: t.put("tool-awaited", "followed", 1, 3),
     "alarm for ever": lambda t: t.put("fault-code", "heartbeat again", 16, -1),
 }

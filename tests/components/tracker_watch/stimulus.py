@@ -46,4 +46,12 @@ def stimulus():
     slot.phase("heartbeat again")
     slot.beating = True
     slot.go(300)
+    slot.phase("changed, never followed")       # by a monitor that runs
+    slot.go(LIMIT + 300, 0.0, tool_in_spindle=9)
+    slot.phase("followed after all")
+    slot.go(50, 0.0, tool_followed=9)
+    slot.phase("changed, silent")
+    slot.beating = False
+    slot.go(100, 0.0)
+    slot.go(LIMIT + 300, 0.0, tool_in_spindle=1)
     return slot
