@@ -13,7 +13,7 @@ import pytest
 
 from chipwise.clib import layout
 from chipwise.clib.library import library
-from support.clamp_machine import PARABOLIC, PERIOD, STOP, TANGENT, Guard, measured, run
+from support.clamp_machine import PARABOLIC, PERIOD, STOP, TANGENT, Guard, both, measured, point, run
 from support.clamp_oracle import grown
 from support.random_cases import random_count, random_seed, write_replay
 
@@ -79,12 +79,11 @@ def near(tool, clamps, places):
 
 def judge(case, tool, clamps, clearance, pieces, velocity, accel, blends=False):
     """What is wrong, or None; "" of a case that shows nothing: it begins within the clearance."""
-    free, _ = run(pieces, velocity, accel)
-    if near(tool, clamps, free[:1])[0] < clearance + 0.05:
+    if near(tool, clamps, np.array([point(pieces[0], 0.0)]))[0] < clearance + 0.05:
         return ""
     guard = Guard(clamps, clearance, tool, pieces, accel)
     assert guard.taken
-    places, stop = run(pieces, velocity, accel, guard)
+    free, places, stop = both(pieces, velocity, accel, guard)
     rounded = ROUND_OFF * (tool["diameter"] / 2 if tool["shape"] == "ball" else tool["corner_radius"] if tool["shape"] in ("bull", "tapered-ball") else 0.0)
     least = near(tool, clamps, places).min()
     if least < clearance - OFF_MM:

@@ -5,6 +5,7 @@ mm, s.  A path is a list of pieces, dict of kind line (start, end) or arc (centr
 and brakes with `accel`, in a parabola both pieces at once; it brakes LATE periods after the guard says so.
 """
 
+import copy
 import ctypes as C
 import math
 
@@ -19,14 +20,14 @@ LATE = 2            # periods from the stop to the first step that is shorter
 
 
 def point(piece, s):
-    """Place on a piece, s mm from its start."""
-    start = np.array(piece["start"])
+    """Place (x, y, z) on a piece, s mm from its start."""
+    (x, y, z), share = piece["start"], s / piece["length"]
     if piece["kind"] == "line":
-        return start + (np.array(piece["end"]) - start) * (s / piece["length"])
-    share = s / piece["length"]
-    c, sine = math.cos(piece["angle"] * share), math.sin(piece["angle"] * share)
-    x, y = start[0] - piece["centre"][0], start[1] - piece["centre"][1]
-    return np.array([piece["centre"][0] + x * c - y * sine, piece["centre"][1] + x * sine + y * c, start[2] + piece["rise"] * share])
+        to = piece["end"]
+        return x + (to[0] - x) * share, y + (to[1] - y) * share, z + (to[2] - z) * share
+    c, sine, (mx, my) = math.cos(piece["angle"] * share), math.sin(piece["angle"] * share), piece["centre"]
+    x, y = x - mx, y - my
+    return mx + x * c - y * sine, my + x * sine + y * c, z + piece["rise"] * share
 
 
 def measured(piece):
@@ -88,7 +89,7 @@ class Planner:
         tip = point(here, min(self.s, here["length"]))
         if self.next_s:
             following = self.pieces[self.number + 1]
-            tip = tip + point(following, self.next_s) - np.array(following["start"])
+            tip = tuple(at + (there - begun) for at, there, begun in zip(tip, point(following, self.next_s), following["start"]))
         return tip
 
 
@@ -120,9 +121,9 @@ class Guard:
             segment.accel, segment.join = accel, piece["join"]
             self.lib.chip_path_append(self.path, key, segment)
 
-    def look(self, planner, before):
-        """A period of the machine; -> whether it has to stop."""
-        self.into.to[:], self.into.__getattribute__("from")[:] = planner.tip, before
+    def look(self, planner, before, tip):
+        """A period of the machine, from a place of the tip to the next one; -> whether it has to stop."""
+        self.into.to[:], self.into.__getattribute__("from")[:] = tip, before
         if self.knows_path:
             piece = self.pieces[planner.number]
             self.lib.chip_path_follow(self.path, planner.number + 1, piece["length"], min(planner.s, piece["length"]))
@@ -137,13 +138,29 @@ class Guard:
 
 def run(pieces, velocity, accel, guard=None, most=20000):
     """-> (places (n, 3) of the tip in each period, number of the place at which it had to stop or None)."""
-    planner, stop_at = Planner(pieces, velocity, accel), None
-    places = [planner.tip]
-    while len(places) < most:
-        goes = planner.step(stop_at is not None and len(places) >= stop_at + LATE)
+    _free, places, stop_at = both(pieces, velocity, accel, guard, most)
+    return places, stop_at
+
+
+def both(pieces, velocity, accel, guard=None, most=20000):
+    """-> (places (n, 3) of the tip in each period if nothing stops it, those with the guard, number of the place at which it had to stop or None).
+    They are the same up to the first period that is braked."""
+    planner, stop_at, braked = Planner(pieces, velocity, accel), None, None
+    free, goes = [planner.tip], True
+    while goes and len(free) < most:
+        if stop_at is not None and braked is None and len(free) >= stop_at + LATE:
+            braked = [*free, *stopped(copy.copy(planner), most - len(free))]
+        goes = planner.step(False)
+        free.append(planner.tip)
+        if stop_at is None and guard and guard.look(planner, *free[-2:]):
+            stop_at = len(free) - 1
+    return np.array(free), np.array(free if braked is None else braked), stop_at
+
+
+def stopped(planner, most):
+    """Places of a planner that brakes from now on."""
+    places, goes = [], True
+    while goes and len(places) < most:
+        goes = planner.step(True)
         places.append(planner.tip)
-        if stop_at is None and guard and guard.look(planner, places[-2]):
-            stop_at = len(places) - 1
-        if not goes:
-            break
-    return np.array(places), stop_at
+    return places
