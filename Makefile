@@ -56,7 +56,7 @@ OFFLINES = $(OFFLINE:components/offline/%.c=$(BUILD)/offline/%.o)
 # Made by this file and tools/make_layout.py.
 MADE     = $(BUILD)/version.o $(BUILD)/layout_table.o
 LIBRARY  = $(BUILD)/libchipwise.so $(BUILD)/libchipwise_kinematics.so
-MODELS   = $(BUILD)/tests/support/fine_model.so $(BUILD)/tests/support/check_oracle.so $(BUILD)/tests/support/drop_oracle.so $(BUILD)/tests/support/judge.so $(BUILD)/tests/support/surface_judge.so $(BUILD)/tests/support/turning_oracle.so
+MODELS   = $(BUILD)/tests/support/fine_model.so $(BUILD)/tests/support/check_oracle.so $(BUILD)/tests/support/drop_oracle.so $(BUILD)/tests/support/judge.so $(BUILD)/tests/support/surface_judge.so $(BUILD)/tests/support/turning_cut.so $(BUILD)/tests/support/turning_oracle.so
 PROGRAMS = $(CORE_TESTS:tests/core/%.c=$(BUILD)/tests/%) $(BENCHES:bench/%.c=build/bench/%)
 
 # As in LinuxCNC's Makefile.modinc; the warnings are ours.  No products fused with sums: every processor computes the same figures.

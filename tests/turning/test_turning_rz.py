@@ -92,12 +92,20 @@ def test_rapids_keep_the_setting(beside, tmp_path):
     assert judged
 
 
-@pytest.mark.parametrize("name, code, shift", [("gouge", "123", (-0.004, 0.0)), ("gouge", "123", (0.0, -0.003)), ("contact", "0", (0.0, -0.7)), ("near", "0", (0.0, -0.7)), ("near", "0", (-0.25, 0.0)), ("barrier", "123", (-0.003, 0.0))])
-def test_the_judge_sees_a_wrong_path(name, code, shift, tmp_path):
-    """Feeds moved into part or barrier, rapids moved into the stock."""
+@pytest.fixture(scope="module")
+def right(tmp_path_factory):
+    """(part, its program, mm of a unit, the judge's verdict)."""
     part = random_part(random.Random("wrong 192"))          # its insert has to end at the clearance of a chuck
-    _, text, unit = planned(part, tmp_path)
+    _, text, unit = planned(part, tmp_path_factory.mktemp("right"))
+    return part, text, unit, Judge(part, CLEARANCE).judge(text, unit)
+
+
+@pytest.mark.xdist_group("turning_rz_right")
+@pytest.mark.parametrize("name, code, shift", [("gouge", "123", (-0.004, 0.0)), ("gouge", "123", (0.0, -0.003)), ("contact", "0", (0.0, -0.7)), ("near", "0", (0.0, -0.7)), ("near", "0", (-0.25, 0.0)), ("barrier", "123", (-0.003, 0.0))])
+def test_the_judge_sees_a_wrong_path(name, code, shift, right):
+    """Feeds moved into part or barrier, rapids moved into the stock."""
+    part, text, unit, verdict = right
     wrong = re.sub(rf"^G([{code}]) X(-?[\d.]+) Z(-?[\d.]+)",
                    lambda m: f"G{m[1]} X{float(m[2]) + shift[1] / unit:.7f} Z{float(m[3]) + shift[0] / unit:.7f}", text, flags=re.M)
-    assert Judge(part, CLEARANCE).judge(text, unit)[name] <= 0.002
+    assert verdict[name] <= 0.002
     assert Judge(part, CLEARANCE).judge(wrong, unit)[name] > 0.002
