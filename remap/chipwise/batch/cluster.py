@@ -61,7 +61,7 @@ def _connect(address):
 def _within(seconds, action):
     """Result of the action; TimeoutError if it takes longer.  distributed 2024.12 waits for ever for a scheduler that accepts the
     connection and says nothing."""
-    answer = queue.SimpleQueue()
+    answer: queue.SimpleQueue = queue.SimpleQueue()
 
     def act():
         try:
@@ -93,7 +93,8 @@ class Cluster:
     def __init__(self, address):
         self.address = address
         self._distributed, self._client = _connect(address)
-        self._name, self._ready, self._tries = uuid.uuid4().hex, queue.SimpleQueue(), {}
+        self._ready: queue.SimpleQueue = queue.SimpleQueue()
+        self._name, self._tries = uuid.uuid4().hex, {}
         self._asked = self._well = time.monotonic()
 
     def close(self):

@@ -87,7 +87,9 @@ def on_processes(jobs, work, programs, arguments, failed, progress=None):
     """
     context = multiprocessing.get_context("fork")
     waiting = sorted(enumerate(programs), key=lambda entry: (_size_of(entry[1]), -entry[0]))
-    running, ended, done = {}, [], 0
+    running: dict = {}
+    ended: list = []
+    done = 0
     gc.freeze()
     try:
         while waiting or running:

@@ -41,12 +41,12 @@ class Checking:
     confirmed: Callable | None = None   # of program and settings: the setup/job.py Job of its set-up or None
 
 
-def check(program, machine, stock=None, progress=None, **how):
+def check(program, machine, stock=None, progress=None, **options):
     """Result of one program.
 
-    machine: reader.Machine; progress: called with the number of the line that is being simulated; stock, how: the fields of a Checking.
+    machine: reader.Machine; progress: called with the number of the line that is being simulated; stock, options: the fields of a Checking.
     """
-    how = Checking(stock, **how)
+    how = Checking(stock, **options)
     try:
         try:
             return _Check(program, machine, how, progress).result()

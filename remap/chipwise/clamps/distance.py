@@ -73,8 +73,9 @@ def near(clamp, body, start, end, within):
         left = distance(begin + third) <= distance(finish - third)
         begin, finish = np.where(left, begin, begin + third), np.where(left, finish - third, finish)
     share = (begin + finish) / 2
-    ends = np.stack([distance(s) for s in (np.zeros(len(index)), share, np.ones(len(index)))])
+    shares = [np.zeros(len(index)), share, np.ones(len(index))]
+    ends = np.stack([distance(s) for s in shares])
     best = ends.argmin(axis=0)
-    found, share = ends.min(axis=0), np.choose(best, (0.0, share, 1.0))
+    found, share = ends.min(axis=0), np.choose(best, shares)
     touching = found < within
     return index[touching], found[touching], share[touching]

@@ -63,7 +63,7 @@ _ARGUMENT = re.compile(r"#([1-9]|[12][0-9]|30)(?![0-9.])")
 
 def _refuse_arguments(found):
     """A sub that reads #1 .. #30 before the line that sets them: written for a call with arguments, and there are none."""
-    known = set()
+    known: set[str] = set()
     for number, text in found.body:
         plain = plain_text(text)
         if "#" not in plain:

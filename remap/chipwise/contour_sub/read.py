@@ -103,7 +103,8 @@ def _read(found, job, _files):
 
 def _shape(found, job, moves):
     """Loops of elements from the runner's moves, a new one after every G0 that goes somewhere."""
-    here, loops, before = job.in_plane, [[]], None
+    loops: list[list] = [[]]
+    here, before = job.in_plane, None
     for kind, line, *numbers in moves:
         there = tuple(numbers[:3])
         if not all(math.isfinite(v) for v in numbers):

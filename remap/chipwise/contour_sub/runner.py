@@ -39,7 +39,7 @@ class Canon(interpreter_process.Canon):
         super().__init__(job)
         self.moves, self.stop = [], None
         self.inside = self.ended = False
-        self.modes = None
+        self.modes: tuple = ()          # (G codes, M codes) at the begin
         self.line = 0
 
     def _refuse(self, line, text):
@@ -57,7 +57,7 @@ class Canon(interpreter_process.Canon):
         """Before every mark: the line that was done since the last one must have left the modes alone."""
         motion, *modes = list(code.gcodes)[1:]
         others = list(code.mcodes)[1:]
-        if self.inside and self.modes is None:
+        if self.inside and not self.modes:
             self.modes = modes, others
         elif self.inside and (motion not in MOTIONS or (modes, others) != self.modes):
             new = [motion] if motion not in MOTIONS else [a for a, b in zip(modes, self.modes[0]) if a != b and a >= 0]

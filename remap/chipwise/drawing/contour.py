@@ -143,7 +143,8 @@ def finish(drawing, view):
 
 def numbers(drawing, view):
     """The numbers of the largest regions, each beside its region and clear of the ones before."""
-    taken, made = [], []
+    taken: list = []
+    made = []
     centres = np.array([view.at(p) for path in drawing.result.paths for p in points_of(path.elements)]).reshape(-1, 2)
     largest = sorted(range(len(drawing.middles)), key=lambda k: -drawing.regions[k].area)[:NUMBERED]
     for k in sorted(largest):

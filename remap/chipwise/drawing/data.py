@@ -15,7 +15,7 @@ from chipwise.geometry.base import elements, winding
 from chipwise.geometry.base.contour import ContourError
 from chipwise.geometry.base.tolerances import CONNECT_MM
 from chipwise.geometry.offset.inaccessible import InaccessibleRegion
-from chipwise.geometry.offset.kernel import LEFT, RIGHT, make_pocket, offset_contour, offset_pocket
+from chipwise.geometry.offset.kernel import LEFT, RIGHT, OffsetResult, make_pocket, offset_contour, offset_pocket
 from chipwise.geometry.pocket import nesting
 from chipwise.geometry.pocket.meeting import MeetingResult, offset_meeting
 
@@ -40,7 +40,7 @@ class Drawing:
     tool: float
     where: str
     contours: tuple
-    result: object
+    result: OffsetResult | MeetingResult
     middles: tuple
     close_gap: float = CONNECT_MM
 

@@ -155,8 +155,8 @@ def figures(planned, translate=str):
     if chops:
         yield f"{translate('chop lines')}: {_length(planned.length('chop'), unit)}"
     if planned.stock:
-        low, high = planned.stock
-        yield f"{translate('stock')}: {' x '.join(_length(b - a, unit) for a, b in zip(low, high))}"
+        corner, opposite = planned.stock
+        yield f"{translate('stock')}: {' x '.join(_length(b - a, unit) for a, b in zip(corner, opposite))}"
 
 
 def _length(value, unit):

@@ -55,9 +55,13 @@ def _long(part):
 
 def line(start, end):
     """A line between two points."""
-    return LineElement((float(start[0]), float(start[1])), (float(end[0]), float(end[1])), 0)
+    return LineElement(_point(start), _point(end), 0)
 
 
 def arc(start, end, centre, ccw):
     """An arc; equal ends are a full circle."""
-    return ArcElement(*((float(p[0]), float(p[1])) for p in (start, end, centre)), bool(ccw), 0)
+    return ArcElement(_point(start), _point(end), _point(centre), bool(ccw), 0)
+
+
+def _point(place):
+    return float(place[0]), float(place[1])

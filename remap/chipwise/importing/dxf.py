@@ -128,7 +128,7 @@ class _Reader:
     def _height(self, *points):
         """Whether points keep one height; counts those that are not at zero."""
         z = [p[2] if len(p) > 2 else 0.0 for p in points]
-        if max(z) - min(z) > 1e-6 * max(1.0, max(map(abs, z))):
+        if max(z) - min(z) > 1e-6 * max(1.0, *(abs(one) for one in z)):
             return False
         self._raised += abs(z[0]) > 1e-9
         return True
@@ -240,7 +240,7 @@ def _is_flat(entity):
 
 def _in_order(parts):
     """Parts of a polyline, each from the end of the one before: arcs of a negative bulge come the other way round."""
-    found = []
+    found: list = []
     for k, part in enumerate(parts):
         end = found[-1].end if found else None
         if end is None and len(parts) > 1:

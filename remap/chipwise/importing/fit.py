@@ -29,7 +29,8 @@ def fitted(points, tolerance):
 
 def _longest(points, first, tolerance):
     """(last, part, deviation) of the longest part from a point that fits."""
-    good, step = (first + 1, line(points[first], points[first + 1]), 0.0), 2
+    good: tuple = (first + 1, line(points[first], points[first + 1]), 0.0)
+    step = 2
     while first + step < len(points):
         found = _part(points[first:first + step + 1], tolerance)
         if found is None:

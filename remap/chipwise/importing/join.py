@@ -36,7 +36,7 @@ def joined(curves, tolerance):
             left.append(parts)
     left, found.doubled = _once(left, tolerance)
     ends = _Ends(left, tolerance)
-    used = set()
+    used: set = set()
     for start in [(k, side) for k in range(len(left)) for side in (0, 1) if len(ends.at(k, side)) != 2] + [(k, 0) for k in range(len(left))]:
         if start[0] not in used:
             _follow(left, ends, start, used, found, tolerance)
@@ -57,7 +57,8 @@ class _Ends:
 
     def __init__(self, curves, tolerance):
         self._points = [(curve[0].start, curve[-1].end) for curve in curves]
-        cells, parent = defaultdict(list), {}
+        cells: dict = defaultdict(list)
+        parent: dict = {}
         for k, pair in enumerate(self._points):
             for side, point in enumerate(pair):
                 key = (k, side)
@@ -91,7 +92,8 @@ def _root(parent, key):
 
 def _follow(curves, ends, start, used, found, tolerance):
     """The chain from an end, put where it belongs."""
-    (k, side), chain, first = start, [], None
+    chain: list = []
+    (k, side), first = start, None
     while k not in used:
         used.add(k)
         first = (k, side) if first is None else first
@@ -130,7 +132,8 @@ def _bridge(chain, parts, found):
 
 def _once(curves, tolerance):
     """(curves without what lies in others, number of parts left out)."""
-    known, kept, left = defaultdict(list), [], 0
+    known: dict = defaultdict(list)
+    kept, left = [], 0
     for parts in curves:
         if len(parts) == 1 and hasattr(parts[0], "centre"):
             part = parts[0]
@@ -161,7 +164,7 @@ def _contained(lines, tolerance):
     for numbers in rows.values():
         order = sorted(numbers, key=lambda k: (-math.dist(lines[k].start, lines[k].end), k))
         boxes = [_box(lines[k], tolerance) for k in order]
-        alive = []
+        alive: list = []
         for k, box in zip(order, boxes):
             x, y = lines[k].start
             if any(b[0] <= x <= b[2] and b[1] <= y <= b[3] and _lies_in(lines[k], lines[m], tolerance) for m, b in alive):

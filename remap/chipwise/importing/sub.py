@@ -15,7 +15,9 @@ MOST_LOOPS = 50
 def program(found, name, tolerance):
     """(text, {layer: (number of its sub, {what: number})}) of an Imported; name: of the drawing."""
     lines = [_comment(f"chipwise import of {name}, tolerance {tolerance:g} mm"), *(_comment(word) for word in found.words)]
-    ready, numbers, called, number = [], {}, [], FIRST
+    ready, numbers = [], {}
+    called: list = []
+    number = FIRST
     for layer in found.layers:
         subs, own, last = _subs(layer, number)
         lines += ["", _comment(f"layer {layer.name}: {len(layer.pockets)} pockets, {len(layer.loops)} closed loops, {len(layer.open)} open chains"), *subs]

@@ -70,7 +70,7 @@ class _Reader:
             self.drawn.left["with neither fill nor stroke"] += 1
             return
         path = (shape if isinstance(shape, self.svg.Path) else self.svg.Path(shape)).reify()    # a shape that is turned has its transform still to come
-        parts = []
+        parts: list = []
         for segment in path:
             if isinstance(segment, self.svg.Move):
                 self.drawn.add(layer, parts)

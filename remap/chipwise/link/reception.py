@@ -25,7 +25,8 @@ class Order:
 
     def __init__(self, most_counts=MOST_COUNTS):
         self.most_counts = most_counts
-        self.newest, self.counts, self.heard_s = None, None, float('-inf')
+        self.newest, self.heard_s = None, float('-inf')
+        self.counts: tuple = ()         # of the newest
 
     def is_silent(self, now_s):
         return now_s - self.heard_s > SILENT_S

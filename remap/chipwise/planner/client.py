@@ -50,8 +50,8 @@ class _Process:
         environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "LC_ALL": "C"}
         self._socket, other = socket.socketpair()
         with other:
-            self._child = subprocess.Popen([PYTHON, "-s", RUNNER, str(os.getpid())], env=environment, stdin=other,
-                                           stdout=other)
+            self._child = subprocess.Popen([PYTHON, "-s", RUNNER, str(os.getpid())], env=environment, stdin=other.fileno(),
+                                           stdout=other.fileno())
         self._socket.setblocking(False)
         self.pid = self._child.pid
         self._unsent, self._received, self._count = b"", [], 0

@@ -33,7 +33,8 @@ _told = set()               # notes that have been said: (path, identity, line)
 
 def in_force(asked):
     """(Obstacles or None, notes) of a ClampsAsked.  Raises CycleError for a set-up that is not there, and for a comment that is wrong."""
-    clamps, notes = list(set_ups.clamps_of(asked.file, asked.set_up) if asked.set_up else ()), []
+    clamps = list(set_ups.clamps_of(asked.file, asked.set_up) if asked.set_up else ())
+    notes: list = []
     if asked.program:
         _add_of_program(asked, clamps, notes)
     if not clamps:
@@ -51,11 +52,12 @@ def _add_of_program(asked, clamps, notes):
     job = None if asked.since else _job(asked.program, identity(asked.program), path, identity(path, follow_links=False))
     if job and job.set_up:
         clamps += set_ups.clamps_of(asked.file, job.set_up)
-    found = _places(asked.program, identity(asked.program), asked.ini, bool(job and job.clamps))
+    of_job = list(job.clamps.values()) if job else []
+    found = _places(asked.program, identity(asked.program), asked.ini, bool(of_job))
     for place in found.places if found else ():
-        if place.line < asked.since or not place.line and not (job and job.clamps):
+        if place.line < asked.since or not place.line and not of_job:
             continue
-        own = list(job.clamps.values()) if not place.line else []
+        own = of_job if not place.line else []
         why = found.unknown(place, asked.line)
         if why:
             _note(asked.program, place, why, notes)

@@ -50,7 +50,9 @@ def o_word(text):
 
 def blocks_of(lines):
     """The Blocks of a program: lines of bytes."""
-    result, stack, begun, in_sub = Blocks(), [], 0, False
+    result, begun = Blocks(), 0
+    stack: list = []
+    in_sub = False
     for number, text in enumerate(lines, 1):
         if text[:1] in _MOVES and b"M" not in text and b"m" not in text:
             if stack:

@@ -24,7 +24,8 @@ class Growing:
     def whole(self):
         """The array (n, *shape); nothing can be added any more."""
         self._to(self._count)
-        result, self._array = self._array, None
+        result = self._array
+        del self._array
         return result
 
     def _to(self, count):

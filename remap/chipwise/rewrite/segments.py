@@ -25,7 +25,7 @@ def segments(left, s, cell, radius):
     if not len(index):
         return []
     before, behind = MARGIN_CELLS * cell, MARGIN_CELLS * cell + math.sqrt(2 * radius * cell)
-    found = []
+    found: list = []
     for part in np.split(index, np.flatnonzero(np.diff(index) > NEAR_PIECES) + 1):
         first, last = int(part[0]), int(part[-1]) + 1
         a = min(max(first - 1, 0), max(int(s.searchsorted(s[first] - before, side="right")) - 1, 0))

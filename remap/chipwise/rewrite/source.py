@@ -18,7 +18,7 @@ class Lines(Sequence):
         self.data = data
         begins = np.flatnonzero(np.frombuffer(data, np.uint8) == ord("\n")) + 1
         ends = begins if data.endswith(b"\n") or not data else np.append(begins, len(data))
-        self._begin = np.concatenate(([0], ends)).astype(np.int32 if len(data) < 1 << 31 else np.int64)
+        self._begin = np.concatenate((np.zeros(1, int), ends)).astype(np.int32 if len(data) < 1 << 31 else np.int64)
 
     def __len__(self):
         return len(self._begin) - 1

@@ -60,5 +60,4 @@ def with_feed(text, feed):
 
 def with_word(text, word):
     """A line with a G word put in front of its first word, behind N."""
-    match = re.match(r"\s*/?\s*(?:n\s*\d+(?:\.\d*)?\s*)?", text, re.I)
-    return text[:match.end()] + word + " " + text[match.end():]
+    return re.sub(r"\s*/?\s*(?:n\s*\d+(?:\.\d*)?\s*)?", lambda head: head[0] + word + " ", text, count=1, flags=re.I)

@@ -34,7 +34,10 @@ def ceilings(program, geometry, unit_mm, most_bytes):
 
 def _said(text, unit_mm):
     """{tool number; None: before any tool change: (speeds, 1/min, feeds, mm/min)}; those in force at its tool change count where a tool has none of its own."""
-    said, number, waiting, unit, in_force = {None: ([], [])}, None, None, unit_mm, [[], []]
+    said: dict[int | None, tuple[list, list]] = {None: ([], [])}
+    in_force: list[list] = [[], []]
+    number, waiting = None, None
+    unit = unit_mm
     for line in io.BytesIO(text):
         words = [(a or b or c, value or code) for a, value, b, c, code in _WORD.findall(line)]
         waiting = next((int(float(value)) for letter, value in words if letter == b"T" and _is_number(value)), waiting)

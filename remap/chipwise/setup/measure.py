@@ -16,6 +16,7 @@ from chipwise.program import records
 from chipwise.check.drawn_path import Path, Thinner
 from chipwise.program.program_file import MAX_BYTES, Unreadable
 from chipwise.check.answer import check
+from chipwise.check.result import Result
 from chipwise.check.simulate import Simulation
 from chipwise.check.times import CONSTANT, OFF, Timer
 from chipwise.check.tooth_rules import TOOTH_SLACK
@@ -84,7 +85,8 @@ class SetupTimer(Timer):
         super().__init__(machine)
         self.mode, self.share, self.of_chip = CONSTANT, share, of_chip
         self.loads, self.has_own_rate = {}, False
-        self._down = self._above = self._air = None
+        self._down = self._above = np.zeros(0, bool)     # of the last part
+        self._air = None
         self._speed_air = [0.0]
         self.clear_z, self.end_z = np.inf, 0.0
 
@@ -177,7 +179,7 @@ class Measured:
     """A program.  result: check's; stock: (low, high, source) mm, work coordinates of the first move, which frame has; digest: of the file as it was
     read; path: drawn_path.Path of at most DRAWN_POINTS points, or None."""
 
-    result: object
+    result: Result
     digest: str = ""
     stock: Optional[tuple] = None
     tools: tuple = ()
@@ -207,7 +209,8 @@ class Measured:
 
 def measure(program, machine, names, stock=None, material="", set_up=0, clamps=None, **arguments):
     """What was measured in a program.  names: {tool number: name}; material, set_up, clamps: as in a Job; stock, arguments: those of answer.check."""
-    made, wanted = [], Job("", "", (), (), "", material, {}, False, set_up, clamps or {})
+    made: list = []
+    wanted = Job("", "", (), (), "", material, {}, False, set_up, clamps or {})
 
     def simulated(*parts, **more):
         made[:] = [SetupSimulation(*parts, **more)]
