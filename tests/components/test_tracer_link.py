@@ -62,18 +62,23 @@ def signed(low, high):
     return int(high) * 2 ** 32 + int(low)
 
 
+def put_files(folder):
+    """HAL files of both machines, the first with the commands of docs/user/tracer.md, and their scripts."""
+    words = dict(here=folder, support=halrig.SUPPORT)
+    for name, text in SCRIPTS.items():
+        (folder / name).write_text(text.format(**words))
+    first = re.findall(r"(?ms)^```\n(.*?)^```", (ROOT / "docs/user/tracer.md").read_text())[0].replace(" servo\n", " servo-thread\n")
+    first = first.replace("name1=servo ", "name1=servo-thread ").replace("setp tracer.0.enable 1\n", "").replace("start\n", LEND.format(name="in", port=LENT, **words) + link("master", LENT).replace("depth=1000 ", "depth=50000 ") + "start\n")
+    (folder / "master.hal").write_text(first + MASTER.format(**words))
+    (folder / "slave.hal").write_text(SLAVE.format(link=LEND.format(name="out", port=LENT, **words) + link("slave", PORT), periods=DEAD_PERIODS, **words))
+
+
 @pytest.mark.xdist_group("hal_tracer_link")
 def test_two_machines_and_a_bad_network(tmp_path):
     tmp_path.chmod(0o777)
     network = BadNetwork(tmp_path, PORT, random_seed(), lost=0.02, doubled=0.02, delayed=0.02, damaged=0.01)
     network.start()
-    words = dict(here=tmp_path, support=halrig.SUPPORT)
-    for name, text in SCRIPTS.items():
-        (tmp_path / name).write_text(text.format(**words))
-    first = re.findall(r"(?ms)^```\n(.*?)^```", (ROOT / "docs/user/tracer.md").read_text())[0].replace(" servo\n", " servo-thread\n")
-    first = first.replace("name1=servo ", "name1=servo-thread ").replace("setp tracer.0.enable 1\n", "").replace("start\n", LEND.format(name="in", port=LENT, **words) + link("master", LENT).replace("depth=1000 ", "depth=50000 ") + "start\n")
-    (tmp_path / "master.hal").write_text(first + MASTER.format(**words))
-    (tmp_path / "slave.hal").write_text(SLAVE.format(link=LEND.format(name="out", port=LENT, **words) + link("slave", PORT), periods=DEAD_PERIODS, **words))
+    put_files(tmp_path)
     done = {}
     both = [threading.Thread(target=lambda name=name: done.update({name: halrig.halrun(["-f", name + ".hal"], tmp_path)})) for name in ("slave", "master")]
     for one in both:

@@ -165,6 +165,13 @@ def build(folder, fault=None):
     return library
 
 
+def ended(command, env, folder=None):
+    """(exit status, what it has printed)"""
+    done = subprocess.run(command, cwd=folder, env=env, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                          timeout=OUTCOME_TIMEOUT_S)
+    return done.returncode, done.stdout
+
+
 def outcome(library, test):
     """Exit status of one test, or of a C program of tests/core, run with another library and all its random cases: it ends at the first that fails."""
     env = {name: value for name, value in os.environ.items() if name != "CHIPWISE_RANDOM_SHARE"}
@@ -172,15 +179,10 @@ def outcome(library, test):
         program = library.with_name("program")
         subprocess.run(["gcc", "-std=gnu11", "-w", "-I", str(CORE.parent), "-o", str(program), str(ROOT / "tests/core" / test),
                         str(library), "-lm"], check=True)
-        done = subprocess.run([str(program)], env=env, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                              timeout=OUTCOME_TIMEOUT_S)
-        return done.returncode, done.stdout
+        return ended([str(program)], env)
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider",
                str(ROOT / "tests" / (test if "/" in test.partition("::")[0] else f"core/{test}"))]
-    done = subprocess.run(command, cwd=ROOT, env={**env, "CHIPWISE_CORE": str(library)},
-                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                          text=True, timeout=OUTCOME_TIMEOUT_S)
-    return done.returncode, done.stdout
+    return ended(command, {**env, "CHIPWISE_CORE": str(library)}, ROOT)
 
 
 def inputs_of(test):

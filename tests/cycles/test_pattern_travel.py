@@ -75,6 +75,15 @@ def test_a_rotary_axis(mirror, offset, says):
     assert (says in said) if says else not said, said
 
 
+def judge_refusal(error, beyond, clearly, low, high, seed):
+    """beyond, clearly: lines with a point beyond a limit, and with one that is so by more than SURE."""
+    said = re.search(r"line (\d+) of the sub, copy 1: axis ([XYZ]) would be at (\S+) mm, beyond its limit of (\S+) mm", str(error))
+    assert said, error
+    k, value = "XYZ".index(said[2]), float(said[3])
+    assert beyond and int(said[1]) in beyond[:beyond.index(clearly[0]) + 1 if clearly else None], f"CHIPWISE_SEED={seed}: {error}"
+    assert float(said[4]) == pytest.approx((low if value < low[k] else high)[k], abs=1e-4) and not low[k] <= value <= high[k]
+
+
 @pytest.mark.parametrize("case", range(random_count(200)))
 def test_random_patterns(case):
     """Refused if and only if a point is beyond a limit; the line is the first one's, axis, value and limit are right."""
@@ -100,12 +109,7 @@ def test_random_patterns(case):
     try:
         pattern_plan(request, lambda start, abc, mirrored: recorded)
     except CycleError as error:
-        said = re.search(r"line (\d+) of the sub, copy 1: axis ([XYZ]) would be at (\S+) mm, beyond its limit of (\S+) mm", str(error))
-        assert said, error
-        beyond = [line for line, points in out if len(points)]
-        k, value = "XYZ".index(said[2]), float(said[3])
-        assert beyond and int(said[1]) in beyond[:beyond.index(clearly[0]) + 1 if clearly else None], f"CHIPWISE_SEED={seed}: {error}"
-        assert float(said[4]) == pytest.approx((low if value < low[k] else high)[k], abs=1e-4) and not low[k] <= value <= high[k]
+        judge_refusal(error, [line for line, points in out if len(points)], clearly, low, high, seed)
     else:
         assert not clearly, f"CHIPWISE_SEED={seed}: line {clearly[0]} was not found"
 

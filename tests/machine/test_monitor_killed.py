@@ -54,15 +54,11 @@ def test_killed_while_saving(tmp_path):
     assert 'slot1.stock' in names and len(names) <= 2, names
 
 
-def test_killed_while_restoring(tmp_path):
-    """hold stays TRUE: no stock is known, M254 says so, F counts, M251 refuses; the next monitor lets go and M254 works.
-
-    The monitor does not hear the tracker's answer, so that it waits under hold and is surely killed there; the map half
-    written is tests/core/test_hold.c's."""
-    edit, _folder = large_machine(tmp_path)
+def _restoring():
+    """Steps of run(): killed under hold, a feed move, M251, the next monitor, the slot again."""
     feed = ['over', 0.4, 'motion.current-vel', 'volumetric-feed.0.limited-by']
-    _start, (_saved, first), _on, (_deaf, _killed, state, said), fed, refused, (_net, _heir, _wait, after, message), (restored, second, last, cut) = run(
-        tmp_path, [['mdi', 'T1 M6'], ['mdi', BOX], *CUT], [['mdi', 'M253 P1'], ['map_sum']],
+    return (
+        [['mdi', 'T1 M6'], ['mdi', BOX], *CUT], [['mdi', 'M253 P1'], ['map_sum']],
         [['mdi', 'F300'], ['mdi', 'M251 Q6 P2 E3000']],
         [['hal', 'unlinkp', 'chipwise-monitor.held'], ['kill_monitor_in', 'M254 P1', 'hold', 0.02], STATE, ['mdi_end']],
         [['mdi', 'F300'], ['start', 'G90 G0 X-10 Y60 Z30\nG1 X30\nM2\n'], ['until', 'motion.motion-type', '>', 1.5],
@@ -70,7 +66,17 @@ def test_killed_while_restoring(tmp_path):
         [['mdi', 'M251 Q6 P1'], ['mdi', 'M250 P0 Q0 R-10 I30 J30 K10']],
         [['hal', 'net', 'chipwise-held', 'chipwise-monitor.held'], ['start_monitor'], ['until', FAULT, '=', 4], STATE,
          ['errors', 'no longer valid']],
-        [['mdi', 'M254 P1'], ['map_sum'], STATE, ['pins', HEIR + '.tool-number', HEIR + '.hold']], edit=edit)
+        [['mdi', 'M254 P1'], ['map_sum'], STATE, ['pins', HEIR + '.tool-number', HEIR + '.hold']])
+
+
+def test_killed_while_restoring(tmp_path):
+    """hold stays TRUE: no stock is known, M254 says so, F counts, M251 refuses; the next monitor lets go and M254 works.
+
+    The monitor does not hear the tracker's answer, so that it waits under hold and is surely killed there; the map half
+    written is tests/core/test_hold.c's."""
+    edit, _folder = large_machine(tmp_path)
+    _start, (_saved, first), _on, (_deaf, _killed, state, said), fed, refused, (_net, _heir, _wait, after, message), (restored, second, last, cut) = run(
+        tmp_path, *_restoring(), edit=edit)
     assert state[:3] == ['FALSE', 'FALSE', 'TRUE'] and state[3] in ('0', '16')
     assert len(said) == 2 and said[0].startswith(DEAD)
     said = but_dead(said)

@@ -45,23 +45,34 @@ def check_tools(still, cutting, file, flute_length):
     assert file[0] == 0 and file[1].startswith(lines.rstrip()) and '.bak' in file[1] and float(flute_length[0]) == pytest.approx(21.5)
 
 
-def test_lines_of_the_page(tmp_path):
-    answers = operate(tmp_path, [
+def _lines(folder):
+    """Steps: lines on the page at rest, while another one runs, and in chops."""
+    return [
         ['mdi', 'G21 G90 G54 T1 M6'], ['mdi', 'G10 L2 P1 X0 Y0 Z-20'], ['mdi', 'G0 X5 Y5 Z8'], ['mdi', BOX], ['pins', 'stock-tracker.0.removed-volume'],
-        entry(tmp_path, ['G13', '30,20,0,-3'], ['G13', '30,20,2,-3'], HOLE),
+        entry(folder, ['G13', '30,20,0,-3'], ['G13', '30,20,2,-3'], HOLE),
         ['until', 'stock-tracker.0.removed-volume', '>', 0.995 * DISC], ['sleep', 3.0], ['pins', 'stock-tracker.0.removed-volume'],
-        ['start', LONG], ['until', 'axis.z.pos-cmd', '>', -18.9], entry(tmp_path, HOLE), ['abort'], ['sleep', 1],
-        ['pins', 'stock-tracker.0.removed-volume'], ['mdi', BOX], entry(tmp_path, [*HOLE, '6']),
+        ['start', LONG], ['until', 'axis.z.pos-cmd', '>', -18.9], entry(folder, HOLE), ['abort'], ['sleep', 1],
+        ['pins', 'stock-tracker.0.removed-volume'], ['mdi', BOX], entry(folder, [*HOLE, '6']),
         ['until', 'stock-tracker.0.removed-volume', '>', 0.95 * DISC],
-        ['program', 'sh', '-c', 'cat tools.toml; ls'], ['pins', 'stock-tracker.0.tool-flute-length']],
-        speed=1, timeout=900, edit=f's/^PANEL = yes/PANEL = yes\\nPANEL_TOKEN = {TOKEN}/')
-    found = seen(answers[5])
-    locked, wrong, small, hole = found['lines']
+        ['program', 'sh', '-c', 'cat tools.toml; ls'], ['pins', 'stock-tracker.0.tool-flute-length']]
+
+
+def _judge_lines(lines):
+    """Those at rest; -> the one that ran."""
+    locked, wrong, small, hole = lines
     assert not locked['run'] and 'field 3, I (radius): 0 is not above 0' in wrong['says'] and not wrong['run']
     assert [row.split()[:3] for row in wrong['wrong']] == [['3', 'I', 'radius,']] and len(wrong['rows']) == 11
     assert 'radius I2 mm is not larger than the tool radius 3 mm' in small['says'] and small['wrong'][0].startswith('3 I') and not small['run']
     assert hole['line'] == 'G13 X30 Y20 I8 Z-3 R1 F600' and hole['drawn'] > 100 and hole['says'].startswith('cuts: ')
     assert hole['run'] and hole['ran'] == 'running; Stop on the screen of LinuxCNC ends it' and not hole['wrong']
+    return hole
+
+
+def test_lines_of_the_page(tmp_path):
+    answers = operate(tmp_path, _lines(tmp_path),
+              speed=1, timeout=900, edit=f's/^PANEL = yes/PANEL = yes\\nPANEL_TOKEN = {TOKEN}/')
+    found = seen(answers[5])
+    hole = _judge_lines(found['lines'])
     assert float(answers[8][0]) - float(answers[4][0]) == pytest.approx(DISC, rel=0.005)
     assert found['overflow'] == [1024, 768] and not [text for text in found['messages'] if '403' not in text and '/tool ' not in text]
     assert len(found['targets']) > 10 and not [one for one in found['targets'] if min(one[1:]) < TOUCH_PX]

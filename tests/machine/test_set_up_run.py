@@ -94,18 +94,23 @@ OWN = _with('G0 X-10 Y10 Z5', 'M250 P-5 Q0 R-10 I40 J30 K10\nM251 Q30\nG0 X-10 Y
 TAPPED = _with('(M1)\n', 'M1\nG0 Z5\nG98 G81 X0 Y25 Z-3 R1 F120\nG80\nG38.3 Z4 F100\nG93 G1 X5 F20\nG94 F600\n')
 
 
-def test_what_stops_and_what_wins(tmp_path):
-    """Opened in AUTO, where the first F switches adaptive feed on; M0, M1 with the optional stop on, and single steps with it; the program's own M250 and M251 win;
-    a cycle, a probe, G93 and M1 with the optional stop off go through; a program that is changed while it runs."""
-    paths = {name: with_job(tmp_path / f'{name}.ngc', text) for name, text in (('paused', PAUSED), ('own', OWN), ('tapped', TAPPED), ('changed', PAUSED))}
-    changed = tmp_path / 'changed.ngc'
-    answers = operate(tmp_path, [
+def _stops(paths, changed):
+    """Steps: each program as far as it is looked at; changed: the file that is changed while it runs."""
+    return [
         ['open', paths['paused']], ['messages', f'paused.ngc: {SET_UP}'], ['program', 'true'], ['optional stop', True], ['begin'], ['until paused'], ['position'], ['pins', *PINS],
         ['resume'], ['until paused'], ['position'], ['pins', *PINS], ['optional stop', False], ['step to end', 40], ['pins', *PINS],
         *opened(paths['own']), ['begin'], ['until', REMOVED, '>', 50], ['pins', *PINS, 'chipwise-command.0.mrr-target'], ['finish'], ['pins', *PINS, RATE],
         *opened(paths['tapped']), ['begin'], ['until', REMOVED, '>', 50], ['over', 0.5, VELOCITY, MODE], ['finish'], ['pins', *PINS, RATE],
         *opened(paths['changed']), ['begin'], ['until', REMOVED, '>', 50], ['program', 'sh', '-c', f'echo "(more)" >> {changed}'], ['sleep', 1.0], ['pins', *PINS],
-        ['abort'], ['messages', 'was changed while it ran'], ['sleep', 3.0], ['pins', *PINS], ['messages', 'confirm it again']], speed=2, timeout=300)
+        ['abort'], ['messages', 'was changed while it ran'], ['sleep', 3.0], ['pins', *PINS], ['messages', 'confirm it again']]
+
+
+def test_what_stops_and_what_wins(tmp_path):
+    """Opened in AUTO, where the first F switches adaptive feed on; M0, M1 with the optional stop on, and single steps with it; the program's own M250 and M251 win;
+    a cycle, a probe, G93 and M1 with the optional stop off go through; a program that is changed while it runs."""
+    paths = {name: with_job(tmp_path / f'{name}.ngc', text) for name, text in (('paused', PAUSED), ('own', OWN), ('tapped', TAPPED), ('changed', PAUSED))}
+    changed = tmp_path / 'changed.ngc'
+    answers = operate(tmp_path, _stops(paths, changed), speed=2, timeout=300)
     (optional, at_m1, _, _, m0, at_m0, _, steps, end), answers = answers[6:15], answers[15:]
     assert optional == pytest.approx([0, 10, -2]) and m0 == pytest.approx([10, 10, -2]) and steps >= 3 and end[2:4] == ['FALSE', '0']
     assert all(held[2:4] == ['TRUE', '2'] for held in (at_m1, at_m0)) and 50 < float(at_m1[1]) < float(at_m0[1])
@@ -145,6 +150,17 @@ def _fastest(log, line, text=RAISED, below=np.inf):
     return velocity[rows].max(), np.median(velocity[rows])
 
 
+def _judge_air(said, run, end):
+    """Of the set-up with `air`."""
+    errors, log = run
+    assert any('and above the stock that of the axes' in text for text in said) and errors == [] and float(end[5]) <= 1.02 * 9000
+    for line, fastest in (('G1 X60 F600', 100), ('G1 X-30 Z4.5', 100)):
+        assert _fastest(log, line, FREE)[0] == pytest.approx(fastest, rel=0.05), line
+    for line, fastest in (('G1 Z-2 F300', 5), ('G1 X61 F600', 20), ('G1 X80 Z-4', 10), ('G1 X100', 20), ('G1 X120', 10)):
+        assert _fastest(log, line, FREE, 0.45)[0] == pytest.approx(fastest, rel=0.01), line
+    assert _fastest(log, 'G1 Z-2 F300', FREE)[0] > 30 and _fastest(log, 'G1 Z5', FREE)[0] > 40
+
+
 def test_the_ceiling_is_a_multiple_of_the_f_of_each_move(tmp_path):
     """Twice F in air, the target in the slot, F where the tool goes down, braked before; without G84 or M52, with which it is a limit. With `air` as fast
     as the axes above the stock and straight up, and below the clearance as before."""
@@ -160,13 +176,7 @@ def test_the_ceiling_is_a_multiple_of_the_f_of_each_move(tmp_path):
     for line, fastest in (('G1 Z-2 F600', 10), ('G1 X60', 20), ('G1 X80 Z-4', 10), ('G1 X100', 20), ('G1 X120', 10)):
         assert _fastest(log, line)[0] == pytest.approx(fastest, rel=0.01), line
     assert _fastest(log, 'G1 X60')[1] == pytest.approx(9000 / 60 / AREA, rel=0.02)
-    said, (errors, log), end = answers[11:14]
-    assert any('and above the stock that of the axes' in text for text in said) and errors == [] and float(end[5]) <= 1.02 * 9000
-    for line, fastest in (('G1 X60 F600', 100), ('G1 X-30 Z4.5', 100)):
-        assert _fastest(log, line, FREE)[0] == pytest.approx(fastest, rel=0.05), line
-    for line, fastest in (('G1 Z-2 F300', 5), ('G1 X61 F600', 20), ('G1 X80 Z-4', 10), ('G1 X100', 20), ('G1 X120', 10)):
-        assert _fastest(log, line, FREE, 0.45)[0] == pytest.approx(fastest, rel=0.01), line
-    assert _fastest(log, 'G1 Z-2 F300', FREE)[0] > 30 and _fastest(log, 'G1 Z5', FREE)[0] > 40
+    _judge_air(*answers[11:14])
     said, (errors, log), end = answers[6:9]
     assert any('at most F, because of its M52' in text for text in said) and errors == []
     assert max(_fastest(log, line)[0] for line in ('G1 X60', 'G1 X80 Z-4', 'G1 X100')) == pytest.approx(F_VEL, rel=1e-3)

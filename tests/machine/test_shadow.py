@@ -74,21 +74,25 @@ def _second_volume():
     return volumes[0] - volumes[1]
 
 
-def test_one_file_a_tool(tmp_path):
-    """The second file goes on in the stock of the first, though it is deeper and wider; New part makes it whole; a file without a depth ends it at another offset
-    only; a file with an unknown tool asks for it, and has its stock as soon as the tool is in the spindle."""
-    rough, deeper = _file(tmp_path, "rough.ngc", "G1 Z-4 F900\nX30"), _file(tmp_path, "deeper.ngc", "G1 Z-6 F900\nX30\nY10", "T2 M6")
-    level, unknown = _file(tmp_path, "level.ngc", "G0 Z0\nG1 X30 F900"), _file(tmp_path, "unknown.ngc", "G1 Z-2 F900\nX40 Y2", "")
+def _one_file_a_tool(rough, deeper, level, unknown):
+    """Steps: each file is opened, and what is removed is looked at."""
     removed = ["pins", "stock-tracker.0.stock-defined", "stock-tracker.0.certain", "stock-tracker.0.removed-volume", "chipwise-monitor.parts"]
     new_part = [["hal", "setp", "chipwise-monitor.new-part", "1"], ["until", "chipwise-monitor.parts", ">", 0], ["hal", "setp", "chipwise-monitor.new-part", "0"]]
-    answers = operate(tmp_path, [
+    return [
         ["mdi", "T0 M6"], ["open", rough], ["messages", "rough.ngc: "], ["log", rough], removed,
         ["open", deeper], ["messages", "deeper.ngc goes on"], removed, ["log", deeper], removed,
         ["open", level], ["messages", "level.ngc: "], removed, *new_part, removed,
         ["open", deeper], ["messages", "deeper.ngc: a stock"], removed,
         ["open", level], ["messages", "level.ngc: "], ["mdi", "G10 L2 P1 X100"], ["until", "stock-tracker.0.stock-defined", "=", 0],
-        ["mdi", "T0 M6"], ["open", unknown], ["messages", "unknown.ngc: no stock"], ["mdi", "T1 M6"], ["messages", "unknown.ngc: a stock"], removed],
-        edit=SHADOW.format("yes"), speed=1)
+        ["mdi", "T0 M6"], ["open", unknown], ["messages", "unknown.ngc: no stock"], ["mdi", "T1 M6"], ["messages", "unknown.ngc: a stock"], removed]
+
+
+def test_one_file_a_tool(tmp_path):
+    """The second file goes on in the stock of the first, though it is deeper and wider; New part makes it whole; a file without a depth ends it at another offset
+    only; a file with an unknown tool asks for it, and has its stock as soon as the tool is in the spindle."""
+    rough, deeper = _file(tmp_path, "rough.ngc", "G1 Z-4 F900\nX30"), _file(tmp_path, "deeper.ngc", "G1 Z-6 F900\nX30\nY10", "T2 M6")
+    level, unknown = _file(tmp_path, "level.ngc", "G0 Z0\nG1 X30 F900"), _file(tmp_path, "unknown.ngc", "G1 Z-2 F900\nX40 Y2", "")
+    answers = operate(tmp_path, _one_file_a_tool(rough, deeper, level, unknown), edit=SHADOW.format("yes"), speed=1)
     first, said, before, after = answers[4], answers[6], answers[7], answers[9]
     assert first[:2] == ["TRUE", "FALSE"] and float(first[2]) == pytest.approx(30 * 6 * 4 + np.pi * 9 * 4, rel=0.01)
     assert said[-1] == "chipwise: deeper.ngc goes on in the assumed stock of rough.ngc, which is larger now; press New part for another one"

@@ -87,6 +87,15 @@ def with_folder(steps, folder):
     return [[word.replace("{0}", str(folder)) if isinstance(word, str) and len(word) < 200 else word for word in step] for step in steps]
 
 
+def edits_of(folder):
+    """{name: (INI file, steps, sed's commands for it)} of both machines."""
+    return {"master": ("tracer.ini", MASTER_STEPS, [f"/^HALFILE = .*head_sim/a HALFILE = {folder}/master.hal", f"$a [TRACER_LINK]\\nSLAVE = 127.0.0.1:{LENT}",
+                                                     f"s#^FEED = .*#FEED = {FEED_MM_S}#", f"s#^MAX_LINEAR_VELOCITY = .*#MAX_LINEAR_VELOCITY = {FASTEST_MM_S}#",
+                                                     f"s#^RETURN_VEL = .*#RETURN_VEL = {FASTEST_MM_S}#"]),
+             "slave": ("tracer_slave.ini", SLAVE_STEPS, [f"s#^HALFILE = .*tracer_link_slave.*#HALFILE = {folder}/slave.hal#", f"s#^LISTEN = .*#LISTEN = 127.0.0.1:{PORT}#",
+                                                         f"/^HALFILE = .*tracer_offset/a HALFILE = {folder}/slave_seen.hal"])}
+
+
 @pytest.fixture(scope="module")
 def followed(tmp_path_factory):
     """-> (answers of master and slave, their rows, the network)."""
@@ -95,11 +104,7 @@ def followed(tmp_path_factory):
     files(folder)
     network = BadNetwork(folder, PORT, random_seed(), lost=0.02, doubled=0.02, delayed=0.02, damaged=0.01)
     network.start()
-    edits = {"master": ("tracer.ini", MASTER_STEPS, [f"/^HALFILE = .*head_sim/a HALFILE = {folder}/master.hal", f"$a [TRACER_LINK]\\nSLAVE = 127.0.0.1:{LENT}",
-                                                     f"s#^FEED = .*#FEED = {FEED_MM_S}#", f"s#^MAX_LINEAR_VELOCITY = .*#MAX_LINEAR_VELOCITY = {FASTEST_MM_S}#",
-                                                     f"s#^RETURN_VEL = .*#RETURN_VEL = {FASTEST_MM_S}#"]),
-             "slave": ("tracer_slave.ini", SLAVE_STEPS, [f"s#^HALFILE = .*tracer_link_slave.*#HALFILE = {folder}/slave.hal#", f"s#^LISTEN = .*#LISTEN = 127.0.0.1:{PORT}#",
-                                                         f"/^HALFILE = .*tracer_offset/a HALFILE = {folder}/slave_seen.hal"])}
+    edits = edits_of(folder)
     done = {}
 
     def run(name):

@@ -79,6 +79,16 @@ def check_thread(rows, pitch, turns_per_s, z1, z0, count):
     assert pitch * np.ptp(phase) < 0.01
 
 
+def on_the_lathe(program, log):
+    """Run a program on the simulated lathe, with the log of its servo periods."""
+    environment = {**os.environ, "CHIPWISE_PROGRAM": str(program), "CHIPWISE_TIMEOUT": "180", "CHIPWISE_SUMMARY": str(log.with_name("summary.json")),
+                   "CHIPWISE_LOG": str(log)}
+    done = subprocess.run([os.path.join(ROOT, "bin", "chipwise-sandbox"), "--speed", "4", "--timeout", "190", "--", "linuxcnc",
+                           os.path.join(ROOT, "configs", "lathe_headless.ini")], env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                          timeout=200, check=False)
+    assert done.returncode == 0, done.stdout[-2000:]
+
+
 def test_two_starts_are_half_a_turn_apart(tmp_path):
     """M20 x 1.5 with two starts in LinuxCNC: in step with the spindle all along, and every second pass half a turn of the other ones."""
     text = ("(WORKPIECE,CYLINDER,AXIS=Z,DIAMETER=20,ZMIN=-60,ZMAX=0)\n(LATHE,THREAD=8)\nG21 G18 G8 G95 G97 S400 M3\nG26 Q100 F0.4\nM2\nO100 sub\nG0 X8.2 Z0\n"
@@ -86,12 +96,7 @@ def test_two_starts_are_half_a_turn_apart(tmp_path):
     program, log = tmp_path / "two.ngc", tmp_path / "log.npz"
     program.write_text(text + "O101 sub\nG0 X8.2 Z0\nG1 X10 Z-1.8\nG1 Z-14\nG1 X8.85 Z-16\nG1 Z-19.2\nG1 X10\nG1 Z-60\nO101 endsub\n")
     program.write_text(program.read_text().replace("G26 Q100", "G26 Q100 P101"))
-    environment = {**os.environ, "CHIPWISE_PROGRAM": str(program), "CHIPWISE_TIMEOUT": "180", "CHIPWISE_SUMMARY": str(tmp_path / "summary.json"),
-                   "CHIPWISE_LOG": str(log)}
-    done = subprocess.run([os.path.join(ROOT, "bin", "chipwise-sandbox"), "--speed", "4", "--timeout", "190", "--", "linuxcnc",
-                           os.path.join(ROOT, "configs", "lathe_headless.ini")], env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-                          timeout=200, check=False)
-    assert done.returncode == 0, done.stdout[-2000:]
+    on_the_lathe(program, log)
     rows, lead, turns_per_s = np.load(log), 3.0, 400 / 60
     z, x, period = rows["z"], rows["x"], float(rows["period"])
     speed = np.gradient(z) / period

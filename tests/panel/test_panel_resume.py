@@ -112,6 +112,15 @@ def test_a_folder_without_room(shop, monkeypatch):
     assert status == 409 and "part.resume.ngc cannot be written: No space left on device; make room" in words and not machine.opened
 
 
+SECONDS = "const i = document.getElementById('resume-seconds'); i.value = arguments[0]; i.dispatchEvent(new Event('input')); "
+
+
+def fits(run):
+    """Buttons large enough for a finger, and no wider page than the window."""
+    small = run("return Array.from(document.querySelectorAll('#resume button')).filter((b) => b.offsetHeight < 34 || b.offsetWidth < 34).map((b) => b.id)")
+    assert small == [] and run("return document.documentElement.scrollWidth <= innerWidth")
+
+
 @pytest.mark.skipif(panel_browser.missing() != "", reason=panel_browser.missing() or "a browser")
 def test_in_a_browser(shop, tmp_path):
     """Open, read the plan, say that the tool broke, write and open."""
@@ -134,16 +143,15 @@ def test_in_a_browser(shop, tmp_path):
         assert first[0].startswith("The stock is that of kept.journal") and any("It goes on in line" in text for text in first)
         assert run("return document.getElementById('resume-confirm').disabled") and run("return document.getElementById('resume-program').textContent") == "part.ngc"
         run("sessionStorage.setItem('chipwise-token', arguments[0])", TOKEN)
-        run("const i = document.getElementById('resume-seconds'); i.value = 'x'; i.dispatchEvent(new Event('input')); document.getElementById('resume-plan').click()")
+        run(SECONDS + "document.getElementById('resume-plan').click()", "x")
         says("x is not a number")
-        run("const i = document.getElementById('resume-seconds'); i.value = '6.5'; i.dispatchEvent(new Event('input')); document.getElementById('resume-broke').click()")
+        run(SECONDS + "document.getElementById('resume-broke').click()", "6.5")
         assert run(sentences) == []
         run("document.getElementById('resume-plan').click()")
         says("Nothing moves until you start it: part.resume.ngc")
         assert any("6.5 s of program time before that" in text for text in run(sentences)) and any("new tool" in text for text in run(sentences))
         assert not out.exists() and not machine.opened
-        small = run("return Array.from(document.querySelectorAll('#resume button')).filter((b) => b.offsetHeight < 34 || b.offsetWidth < 34).map((b) => b.id)")
-        assert small == [] and run("return document.documentElement.scrollWidth <= innerWidth")
+        fits(run)
         run("document.getElementById('resume-confirm').click()")
         says("It is written and open; look at it, then start it: part.resume.ngc")
         assert machine.opened == [str(out)] and out.exists() and run("return document.getElementById('resume-confirm').disabled")

@@ -142,53 +142,82 @@ def test_what_cannot_be_measured(shop):
     assert posted(rig, "/confirm", {"measured": 1})[0] == 409 and posted(rig, "/confirm", {"measured": "1"})[0] == 400
 
 
+class Page:
+    """The set-up on the page in a browser."""
+
+    def __init__(self, driver):
+        self.driver = driver
+
+    def run(self, script, *values):
+        return self.driver.execute_script(script, *values)
+
+    def says(self, text):
+        panel_browser.wait(self.driver, f"document.getElementById('setup-says').textContent.includes({json.dumps(text)})", text)
+
+    def numbers(self):
+        return [self.run(f"return document.getElementById('setup-n{k}').value") for k in range(6)]
+
+
+def open_it(page):
+    """As assumed from the path, and a corner taken from the tool."""
+    page.run("document.getElementById('setup-open').click()")
+    page.says("enter the token to confirm")
+    assert page.run("return document.getElementById('setup-confirm').disabled") and page.run("return document.querySelectorAll('#setup-rows tr').length") == 1
+    assert page.run("return document.getElementById('setup-source').textContent") == "assumed from the path"
+    page.run("sessionStorage.setItem('chipwise-token', arguments[0])", TOKEN)
+    assert [float(text) for text in page.numbers()][:3] == pytest.approx([-13, 27, -4], abs=0.01)
+    page.run("document.getElementById('setup-take1').click()")
+    panel_browser.wait(page.driver, "document.getElementById('setup-n3').value === '12'", "the corner of the tool")
+
+
+def add_an_allowance(page):
+    """Numbers are corrected, 1 mm is added; the picture has it."""
+    for k, text in enumerate(("0", "0", "-20", "99", "59", "-1")):
+        page.run("const i = document.getElementById('setup-n' + arguments[0]); i.value = arguments[1]; i.dispatchEvent(new Event('input'))", k, text)
+    page.run("document.getElementById('setup-allowance').value = '1'; document.getElementById('setup-add').click()")
+    assert page.numbers() == ["-1", "-1", "-20", "100", "60", "0"]
+    rectangles = page.run("return Array.from(document.querySelectorAll('#setup-picture rect')).map((r) => [r.width.baseVal.value, r.height.baseVal.value])")
+    assert rectangles == [[101, 61], [101, 20]] and page.run("return document.querySelectorAll('#setup-picture polyline').length") >= 4
+    assert page.run("return document.getElementById('setup-confirm').disabled")
+
+
+def measure_and_confirm(page, job):
+    """The table has the tool, and the job file what is confirmed."""
+    page.run("document.getElementById('setup-measure').click()")
+    page.says("Look at it, then confirm")
+    cells = page.run("return Array.from(document.querySelectorAll('#setup-rows td')).map((c) => c.textContent)")
+    assert cells[0] == "1" and cells[8].endswith("cm3/min") and cells[9] == "2 x F" and not job.exists()
+    page.run("document.getElementById('setup-confirm').click()")
+    page.says("part.job.toml")
+    found = jobs.read(str(job))
+    assert found.low == (-1, -1, -20) and found.high == (100, 60, 0) and found.source == "option"
+
+
+def see_clamps(page, program, folder):
+    """Jaw and block are drawn from above, then from the front."""
+    assert page.run("return document.getElementById('setup-clamps').textContent") == "No clamps"
+    put_clamps(program, folder)
+    page.run("document.getElementById('setup-measure').click()")
+    panel_browser.wait(page.driver, "document.getElementById('setup-clamps').textContent.includes('clamp block of the set-up of part.ngc')", "the clamps")
+    drawn = page.run("return Array.from(document.querySelectorAll('#setup-picture polygon')).map((p) => [p.getBBox().width, p.getBBox().height])")
+    assert [size for pair in drawn for size in pair] == pytest.approx([20, 10, 8, 8, 20, 28, 8, 23], abs=0.01)     # jaw and block from above, then from the front
+
+
 @pytest.mark.skipif(panel_browser.missing() != "", reason=panel_browser.missing() or "a browser")
 def test_in_a_browser(shop, tmp_path):
     """Open, correct a number, take a corner from the tool, add an allowance, measure, confirm."""
     rig, _machine, program = shop
-    job = program.with_name("part.job.toml")
     driver = panel_browser.browser(tmp_path / "browser")
     try:
         rig.looks()
         panel_browser.opened(driver, rig.url + "/")
-
-        def run(script, *values):
-            return driver.execute_script(script, *values)
-
-        def says(text):
-            panel_browser.wait(driver, f"document.getElementById('setup-says').textContent.includes({json.dumps(text)})", text)
-        run("document.getElementById('setup-open').click()")
-        says("enter the token to confirm")
-        assert run("return document.getElementById('setup-confirm').disabled") and run("return document.querySelectorAll('#setup-rows tr').length") == 1
-        assert run("return document.getElementById('setup-source').textContent") == "assumed from the path"
-        run("sessionStorage.setItem('chipwise-token', arguments[0])", TOKEN)
-        numbers = [run(f"return document.getElementById('setup-n{k}').value") for k in range(6)]
-        assert [float(text) for text in numbers][:3] == pytest.approx([-13, 27, -4], abs=0.01)
-        run("document.getElementById('setup-take1').click()")
-        panel_browser.wait(driver, "document.getElementById('setup-n3').value === '12'", "the corner of the tool")
-        for k, text in enumerate(("0", "0", "-20", "99", "59", "-1")):
-            run("const i = document.getElementById('setup-n' + arguments[0]); i.value = arguments[1]; i.dispatchEvent(new Event('input'))", k, text)
-        run("document.getElementById('setup-allowance').value = '1'; document.getElementById('setup-add').click()")
-        assert [run(f"return document.getElementById('setup-n{k}').value") for k in range(6)] == ["-1", "-1", "-20", "100", "60", "0"]
-        rectangles = run("return Array.from(document.querySelectorAll('#setup-picture rect')).map((r) => [r.width.baseVal.value, r.height.baseVal.value])")
-        assert rectangles == [[101, 61], [101, 20]] and run("return document.querySelectorAll('#setup-picture polyline').length") >= 4
-        assert run("return document.getElementById('setup-confirm').disabled")
-        run("document.getElementById('setup-measure').click()")
-        says("Look at it, then confirm")
-        cells = run("return Array.from(document.querySelectorAll('#setup-rows td')).map((c) => c.textContent)")
-        assert cells[0] == "1" and cells[8].endswith("cm3/min") and cells[9] == "2 x F" and not job.exists()
-        run("document.getElementById('setup-confirm').click()")
-        says("part.job.toml")
-        found = jobs.read(str(job))
-        assert found.low == (-1, -1, -20) and found.high == (100, 60, 0) and found.source == "option"
-        assert run("return document.getElementById('setup-clamps').textContent") == "No clamps"
-        put_clamps(program, tmp_path / "machine")
-        run("document.getElementById('setup-measure').click()")
-        panel_browser.wait(driver, "document.getElementById('setup-clamps').textContent.includes('clamp block of the set-up of part.ngc')", "the clamps")
-        drawn = run("return Array.from(document.querySelectorAll('#setup-picture polygon')).map((p) => [p.getBBox().width, p.getBBox().height])")
-        assert [size for pair in drawn for size in pair] == pytest.approx([20, 10, 8, 8, 20, 28, 8, 23], abs=0.01)     # jaw and block from above, then from the front
+        page = Page(driver)
+        open_it(page)
+        add_an_allowance(page)
+        measure_and_confirm(page, program.with_name("part.job.toml"))
+        see_clamps(page, program, tmp_path / "machine")
         assert [one["message"] for one in driver.get_log("browser") if one["level"] == "SEVERE" and "403" not in one["message"]] == []
-        small = run("return Array.from(document.querySelectorAll('#setup button')).filter((b) => b.offsetHeight < 34 || b.offsetWidth < 34).map((b) => b.id)")
-        assert small == [] and run("return document.documentElement.scrollWidth <= innerWidth")
+        small = page.run("return Array.from(document.querySelectorAll('#setup button')).filter((b) => b.offsetHeight < 34 || b.offsetWidth < 34).map((b) => b.id)")
+        assert small == [] and page.run("return document.documentElement.scrollWidth <= innerWidth")
     finally:
         driver.quit()

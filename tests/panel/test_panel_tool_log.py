@@ -42,6 +42,12 @@ NO_LIMITS = {name: "" for name in (*tool_log.SHARES, *tool_log.WATTS)}
 ONE = ((0.1, {}), (0.1, {"removed": 6.0}))         # 6 mm3 in 0.1 s
 
 
+FIRST = {"tool": 3, "diameter_mm": 6.0, "reference_cm3_min": 6.0, "mean_cm3_min": 6.0, "peak_cm3_min": 6.099,
+         "cutting_s": 10.0, "removed_cm3": 1.0, "slowed_s": 4.0, "over_s": 0.0, "limited_by": "ceiling", "stops": 0, **NO_LIMITS}
+SECOND = {"tool": 5, "diameter_mm": 2.0, "reference_cm3_min": 2.0, "mean_cm3_min": 1.8, "peak_cm3_min": 2.3,
+          "cutting_s": 1.0, "removed_cm3": 0.03, "slowed_s": 0.0, "over_s": 0.5, "limited_by": "nothing", "stops": 1, **NO_LIMITS}
+
+
 def test_two_tools():
     """Tool 3: 1000 mm3 in 10 s, 4 of them slowed; tool 5: 30 mm3 in 1 s, 0.5 of them above the target, and a stop by a guard."""
     removed, looks = 0.0, [(0.1, {"tool": 3.0})]
@@ -53,11 +59,7 @@ def test_two_tools():
         removed += 3.0
         looks.append((0.1, {"tool": 5.0, "removed": removed, "mrr": 1800.0 if k < 5 else 2300.0, "target": 2000.0, "tool_diameter": 2.0, "limited_by": 0.0}))
     looks += [(0.1, {"tool": 5.0, "removed": removed, "guard_reason": 1.0})] * 5
-    first, second = run_of(*looks).tools.rows()
-    assert first == {"tool": 3, "diameter_mm": 6.0, "reference_cm3_min": 6.0, "mean_cm3_min": 6.0, "peak_cm3_min": 6.099,
-                     "cutting_s": 10.0, "removed_cm3": 1.0, "slowed_s": 4.0, "over_s": 0.0, "limited_by": "ceiling", "stops": 0, **NO_LIMITS}
-    assert second == {"tool": 5, "diameter_mm": 2.0, "reference_cm3_min": 2.0, "mean_cm3_min": 1.8, "peak_cm3_min": 2.3,
-                      "cutting_s": 1.0, "removed_cm3": 0.03, "slowed_s": 0.0, "over_s": 0.5, "limited_by": "nothing", "stops": 1, **NO_LIMITS}
+    assert run_of(*looks).tools.rows() == [FIRST, SECOND]
 
 
 def test_limits_and_power():

@@ -38,6 +38,20 @@ def _taper_groove(diameter, corner, tip, depth, length):
             + PI * np.sum(gap * np.diff(r ** 2)))
 
 
+def _faced_then_deeper():
+    """A row of known(): all of the stock is faced, then its right rim is cut deeper."""
+    low, high = np.array(LOW[:2]), np.array(HIGH[:2])       # no multiple of a cell: its rim cells are faced, then cut deeper
+    rows, face = np.arange(low[1], high[1] + 6.0, 4.0), []
+    for i, y in enumerate(rows):
+        ends = (low[0] - 4.0, high[0] + 4.0)
+        face += [[ends[i % 2], y, -1.0], [ends[1 - i % 2], y, -1.0]]
+    side = [[high[0] - 2.0, low[1] - 4.0], [high[0] - 2.0, high[1] + 4.0]]
+    lift = [[*face[-1][:2], 1.0], [*side[0], 1.0]]
+    deeper = [[*side[(level + k) % 2], z] for level, z in enumerate((-2.0, -3.5, -5.0)) for k in (0, 1)]
+    return ("faced to the rim, then deeper", (6, 0, 0), np.array(face + lift + deeper),
+           float(np.prod(high - low)) * 1.0 + 5.0 * (high[1] - low[1]) * 4.0)
+
+
 def known():
     """(name, tool, points (n, 3), volume)."""
     for angle in (0, 17, 31, 45, 73):
@@ -51,16 +65,7 @@ def known():
                9 * 12 + 9 * PI)                             # h^2 L + pi h^3 / 3
         yield (f"tapered groove {angle} deg", (6, 0.5, 20),
                _turned([[-6, 0, -4], [6, 0, -4]], angle), _taper_groove(6, 0.5, 20, 4, 12))
-    low, high = np.array(LOW[:2]), np.array(HIGH[:2])       # no multiple of a cell: its rim cells are faced, then cut deeper
-    rows, face = np.arange(low[1], high[1] + 6.0, 4.0), []
-    for i, y in enumerate(rows):
-        ends = (low[0] - 4.0, high[0] + 4.0)
-        face += [[ends[i % 2], y, -1.0], [ends[1 - i % 2], y, -1.0]]
-    side = [[high[0] - 2.0, low[1] - 4.0], [high[0] - 2.0, high[1] + 4.0]]
-    lift = [[*face[-1][:2], 1.0], [*side[0], 1.0]]
-    deeper = [[*side[(level + k) % 2], z] for level, z in enumerate((-2.0, -3.5, -5.0)) for k in (0, 1)]
-    yield ("faced to the rim, then deeper", (6, 0, 0), np.array(face + lift + deeper),
-           float(np.prod(high - low)) * 1.0 + 5.0 * (high[1] - low[1]) * 4.0)
+    yield _faced_then_deeper()
     at = np.array([0.13, -0.07])
     for name, tool, volume in (("flat", (6, 0, 0), 27 * PI),
                                ("ball", (6, 3, 0), 18 * PI),            # half ball, 3 deep

@@ -75,17 +75,23 @@ setp tracer-offset.0.max-behind 100
 '''
 
 
-def pair():
-    """tracer.ini leads tracer_slave.ini, a LinuxCNC of another user with IPC and processes of its own, over the loopback."""
-    master, slave = Person('op'), Person('other')
+def _ini_of_pair(master, slave):
+    """(INI file of the master, of the slave), which are linked."""
     slave.computer = OTHER_COMPUTER
-    following, tracing = (text_of(f'{SHARE}/nc_files/tracer/{name}.ngc') for name in ('follow', 'trace'))
     slave_ini = slave.edit('tracer_slave.ini', scripted('DISPLAY = axis'), name='scripted.ini')
     slave.write(f'{os.path.dirname(slave_ini)}/patient.hal', PATIENT)
     slave.write(slave_ini, re.sub('(?m)^(HALFILE = .*tracer_offset.hal)$', r'\1\nHALFILE = patient.hal', text_of(slave_ini)))
     head = 'HALFILE = tracer_head_sim.hal'
     ini = master.edit('tracer.ini', scripted('DISPLAY = axis'), (head, f'{head}\nHALFILE = {SHARE}/hal/tracer_link_master.hal'), name='scripted.ini')
     master.write(ini, text_of(ini) + '\n[TRACER_LINK]\nSLAVE = 127.0.0.1:7134\n')
+    return ini, slave_ini
+
+
+def pair():
+    """tracer.ini leads tracer_slave.ini, a LinuxCNC of another user with IPC and processes of its own, over the loopback."""
+    master, slave = Person('op'), Person('other')
+    ini, slave_ini = _ini_of_pair(master, slave)
+    following, tracing = (text_of(f'{SHARE}/nc_files/tracer/{name}.ngc') for name in ('follow', 'trace'))
     ready = '/mnt/ready'                # both may write there
     os.mkdir(ready)
     os.chmod(ready, 0o777)

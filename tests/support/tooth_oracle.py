@@ -87,7 +87,8 @@ class Drive:
             cutter = core.Cutter(self.stock, core.Tool(2.0 * radius), (*path[0], depth))
             for point in path[1:]:
                 cutter.to((*point, depth))
-        self.seen = []      # (chip mm, torque Nm, velocity mm/s, limited-by, chip and power as told, largest and mean side force N, both as told)
+        # (chip mm, torque Nm, velocity mm/s, limited-by, chip and power as told, largest and mean side force N, both as told)
+        self.seen = []
 
     def feed(self, profile, velocity, last_velocity, scale):
         values = self.limits.into(layout.FeedIn())
@@ -137,14 +138,18 @@ class Drive:
             out, law = self.feed(look.profile(20.0), velocity, last, scale)
             weights = (law.chip_weight_per_mm, law.power_weight_per_mm, law.force_weight_per_mm) if self.limited else (0.0, 0.0, 0.0)
             scale, at = out.scale, tip
-            depth = self.plane.met(tip, math.atan2(heading[1], heading[0]), self.tool.radius, self.z)
-            per_tooth = velocity / (self.limits.rps * self.limits.flutes)
-            self.seen.append((*chip_and_torque(depth, self.tool.radius, per_tooth, self.limits.flutes, self.limits.kc11, self.limits.mc),
-                              velocity, out.limit, law.chip_mm, law.power_w,
-                              *side_force(depth, per_tooth, self.limits.flutes, self.limits.kc11, self.limits.mc), law.side_force_n, law.mean_force_n))
+            self._note(tip, heading, velocity, out, law)
             track.append(tip[:2])
         self.plane.cut(track[::5] + [track[-1]], self.tool.radius, self.z)
         return np.array(self.seen)
+
+    def _note(self, tip, heading, velocity, out, law):
+        """A row of `seen`."""
+        depth = self.plane.met(tip, math.atan2(heading[1], heading[0]), self.tool.radius, self.z)
+        per_tooth = velocity / (self.limits.rps * self.limits.flutes)
+        self.seen.append((*chip_and_torque(depth, self.tool.radius, per_tooth, self.limits.flutes, self.limits.kc11, self.limits.mc),
+                          velocity, out.limit, law.chip_mm, law.power_w,
+                          *side_force(depth, per_tooth, self.limits.flutes, self.limits.kc11, self.limits.mc), law.side_force_n, law.mean_force_n))
 
 
 def means(values, count=10):

@@ -141,6 +141,11 @@ def _backwards(moves):
     return there
 
 
+def _sub(moves, number, twice):
+    """Lines of the part; number: makes the text of a length, twice: 2 for X in diameters."""
+    return [f"G{code} X{number(x * twice)} Z{number(z)}" + (f" I{number(i)} K{number(k)}" if code > 1 else "") for code, z, x, i, k in moves]
+
+
 def random_part(rng):
     """Part of a random.Random."""
     bored, unit, twice = rng.random() < 0.4, rng.choice((1.0, 1.0, 25.4)), rng.choice((1, 2))
@@ -171,7 +176,7 @@ def random_part(rng):
         blank = (*blank[:2], 0.0)
         left = rng.uniform(0.1, 2.0)
         barrier(left, left + 40.0, rng.uniform(1.0, 12.0))
-    sub = [f"G{code} X{number(x * twice)} Z{number(z)}" + (f" I{number(i)} K{number(k)}" if code > 1 else "") for code, z, x, i, k in moves]
+    sub = _sub(moves, number, twice)
     roles = ",".join(f"{role}={t.number}" for t in tools for role in t.roles)
     text = "\n".join([f"(WORKPIECE,CYLINDER,AXIS=Z,DIAMETER={number(2 * blank[0])},ZMIN={number(blank[1])},ZMAX={number(blank[2])})", f"(LATHE,{roles})",
                       f"G{20 if unit > 1 else 21} G18 G{7 if twice > 1 else 8} G94 G97 S900 M3", *lines,

@@ -114,21 +114,10 @@ def judge(text, unit, case, tools, threaded=None):
     to their roots, which is what the passes of a thread must not touch."""
     low, high = case.blank[1] - 60.0, case.blank[2] + 70.0
     z = low + CELL * np.arange(int((high - low) / CELL) + 1)
-    end = case.outside[-1][0]
-    outside = heights(case.outside, z)
-    stock = np.where((z >= case.blank[1]) & (z <= case.blank[2]), case.blank[0], -np.inf)
-    outside[z < end - 1e-9] = stock[z < end - 1e-9]
-    if case.barrier:
-        radius, right = case.barrier
-        outside[z <= right] = np.maximum(outside[z <= right], radius)
-    if case.tailstock:
-        radius, left, right = case.tailstock
-        outside[(z >= left) & (z <= right)] = np.maximum(outside[(z >= left) & (z <= right)], radius)
-    bar = {False: [outside, stock], True: [heights([(a, -b) for a, b in case.bore], z) if case.bore else np.full(len(z), -np.inf),
-                                            np.where(np.isfinite(stock), 0.0, -np.inf)]}
+    end, bar = case.outside[-1][0], bar_of(case, z)
     if threaded:
         roots = {False: heights(threaded[0], z), True: heights([(a, -b) for a, b in threaded[1]], z) if threaded[1] else None}
-        roots[False][z < end - 1e-9] = outside[z < end - 1e-9]
+        roots[False][z < end - 1e-9] = bar[False][0][z < end - 1e-9]
     found = {"gouge": -np.inf, "rapid": -np.inf, "holder": -np.inf, "feed": 0.0, "air": 0.0, "where": {}}
     for number, kind, points in moves(text, unit):
         side = tools[number].inside
@@ -141,6 +130,22 @@ def judge(text, unit, case, tools, threaded=None):
         bar[False][1][bar[False][1] <= 0.0] = -np.inf           # cut to the axis and beyond
         bar[True][1][bar[False][1] <= np.maximum(-bar[True][1], 1e-6)] = -np.inf       # faced down to the hole: nothing is left inside
     return found, bar, z
+
+
+def bar_of(case, z):
+    """{inside: [heights of the part and its barriers, heights of the stock]} at z, before the first cut; those inside are negative."""
+    end = case.outside[-1][0]
+    outside = heights(case.outside, z)
+    stock = np.where((z >= case.blank[1]) & (z <= case.blank[2]), case.blank[0], -np.inf)
+    outside[z < end - 1e-9] = stock[z < end - 1e-9]
+    if case.barrier:
+        radius, right = case.barrier
+        outside[z <= right] = np.maximum(outside[z <= right], radius)
+    if case.tailstock:
+        radius, left, right = case.tailstock
+        outside[(z >= left) & (z <= right)] = np.maximum(outside[(z >= left) & (z <= right)], radius)
+    return {False: [outside, stock], True: [heights([(a, -b) for a, b in case.bore], z) if case.bore else np.full(len(z), -np.inf),
+                                            np.where(np.isfinite(stock), 0.0, -np.inf)]}
 
 
 def _note(found, name, depth, where):

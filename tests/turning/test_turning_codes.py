@@ -19,6 +19,19 @@ LATHE = "ROUGH=1,FINISH=2"
 ALL = "ROUGH=1,ROUGH=7,FINISH=2,FINISH=7,DRILL=5"
 
 
+def drawn(part, start, unit, twice, incremental, centres):
+    """Lines of a part from start."""
+    at = start
+    for k, (x, z, *centre) in enumerate(part):
+        to = (x - at[0], z - at[1]) if incremental else (x, z)
+        arc = ""
+        if centre:
+            c = [a + v for a, v in zip(at, centre)] if centres else centre
+            arc = f" I{c[0] / unit:.8f} K{c[1] / unit:.8f}"
+        yield f"G{2 if centre else 1 if k else 0} X{twice * to[0] / unit:.8f} Z{to[1] / unit:.8f}{arc}"
+        at = (x, z)
+
+
 def program(part=SHAFT, code="G26 Q100", inch=False, diameter=False, incremental=False, centres=False, spindle="G94 G97 S500 M3", tools=LATHE,
             chuck="", more="", words="I0.3 D1 F100 E50", start=START, bar=(30, -60, 1), shift=(0, 0)):
     """A program in the modes asked for; lengths in mm, radii."""
@@ -27,22 +40,12 @@ def program(part=SHAFT, code="G26 Q100", inch=False, diameter=False, incremental
     def scaled(text):
         return re.sub(r"([XZIKDFE])(-?[\d.]+)", lambda m: f"{m[1]}{float(m[2]) / unit:.8f}", text)
 
-    def drawn():
-        at = start
-        for k, (x, z, *centre) in enumerate(part):
-            to = (x - at[0], z - at[1]) if incremental else (x, z)
-            arc = ""
-            if centre:
-                c = [a + v for a, v in zip(at, centre)] if centres else centre
-                arc = f" I{c[0] / unit:.8f} K{c[1] / unit:.8f}"
-            yield f"G{2 if centre else 1 if k else 0} X{twice * to[0] / unit:.8f} Z{to[1] / unit:.8f}{arc}"
-            at = (x, z)
     modes = f"G{20 if inch else 21} G18 G{7 if diameter else 8} G40 G49"
     d, z0, z1 = (v / unit for v in bar)
     lines = [f"(WORKPIECE,CYLINDER,AXIS=Z,DIAMETER={d:.8f},ZMIN={z0:.8f},ZMAX={z1:.8f})", f"(LATHE,{tools})", modes, spindle,
              f"G0 X{twice * start[0] / unit:.8f} Z{start[1] / unit:.8f}", *([scaled(chuck)] if chuck else []),
              *([more] if more else []), f"{'G91' if incremental else 'G90'} {'G90.1' if centres else 'G91.1'}", "(begin)", f"{code} {scaled(words)}", "(end)", "M2",
-             "O100 sub", *drawn(), "O100 endsub", ""]
+             "O100 sub", *drawn(part, start, unit, twice, incremental, centres), "O100 endsub", ""]
     return "\n".join(lines)
 
 

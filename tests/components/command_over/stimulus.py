@@ -47,12 +47,17 @@ def stimulus():
     play("never seen, moves", 2500, current_vel=12.5)
     for phase, periods in (("before", 990), ("not yet", 30), ("over", 300)):
         play(f"never seen, at rest: {phase}", periods, current_vel=0)
+    _files(rows, play)
+    rows.phase("end")
+    rows.add({})
+    return rows
+
+
+def _files(rows, play):
+    """A stock is saved or restored, and nobody answers before the program is aborted or the machine off."""
     for commit, end in ((SAVE_COMMIT, {"aborted": 1}), (RESTORE_COMMIT, {"aborted": 1}), (SAVE_COMMIT, {"enabled": 0}), (RESTORE_COMMIT, {"enabled": 0})):
         name = f"file {commit} {'aborted' if 'aborted' in end else 'off'}"
         rows.add({"word": IDLE, "enabled": 1})
         play(f"{name}: asked", 20, word=commit)
         play(f"{name}: given up", 1, **end)
         play(f"{name}: afterwards", 50, aborted=0, enabled=1)
-    rows.phase("end")
-    rows.add({})
-    return rows

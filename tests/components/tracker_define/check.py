@@ -61,6 +61,12 @@ def check(trace):
     near("removed-volume with the old stock", on["removed-volume"][-1],
          DISC_MM3 + H * 2 * R * 40, 0.003, "mm3", trace.phases["cut on"].stop * PERIOD_S)
 
+    check_fresh(trace)
+    check_twice(trace.only("twice"))
+
+
+def check_fresh(trace):
+    """The tool cuts in a stock that is defined afresh, and in the old one as long as define is held."""
     check_filling(trace.only("small"), scene.SMALL, "small")
     after = trace.only("small")
     always(after, "fault-code", 0)
@@ -73,9 +79,11 @@ def check(trace):
     near("removed-volume where define is held", held["removed-volume"][-1],
          DISC_MM3 + H * 2 * R * 20, 0.003, "mm3", trace.phases["cut after held"].stop * PERIOD_S)
 
-    twice = trace.only("twice")
+
+def check_twice(twice):
+    """A second define, while the map is being filled."""
     second = twice["ready"][22:]            # 1 + 1 + 20 rows, then the second pulse
-    always(trace.only("twice"), "fault-code", 0)
+    always(twice, "fault-code", 0)
     assert not second[0] and not twice["ready"][1:22].any(), \
         "ready: 1 while the map is being filled, allowed: 0"
     took = int(np.argmax(second)) + 1

@@ -15,22 +15,30 @@ REMAP = os.path.join(os.path.dirname(os.path.dirname(os.path.dirname(os.path.dir
 VARIABLE = 'CHIPWISE_NURSERY'           # number of the handle, in a program that was executed
 PR_SET_CHILD_SUBREAPER = 36
 
-_nursery = []           # socket, number of the process whose orphans are its children, execute_in_fork() of fork_server.py or None
+# socket, number of the process whose orphans are its children, execute_in_fork() of fork_server.py or None
+_nursery = []
 
 
 class Forked(subprocess.Popen):
     """See the head."""
 
-    def _execute_child(self, args, executable, preexec_fn, close_fds, pass_fds, cwd, env, startupinfo, creationflags, shell,
-                       p2cread, p2cwrite, c2pread, c2pwrite, errread, errwrite, *others):
-        asked, owner, execute = _nursery
+    def _execute_child(self, args, *given):
+        cwd, env = given[4:6]
+        pipes = given[9:15]             # p2cread, p2cwrite, c2pread, c2pwrite, errread, errwrite
+        _asked, owner, execute = _nursery
         runner = not isinstance(args, str) and list(args[1:2]) == ['-s'] and str(args[2]).startswith(REMAP + os.sep)
         if not runner or owner != os.getpid() and execute is None:
-            super()._execute_child(args, executable, preexec_fn, close_fds, pass_fds, cwd, env, startupinfo, creationflags, shell,
-                                   p2cread, p2cwrite, c2pread, c2pwrite, errread, errwrite, *others)
+            super()._execute_child(args, *given)
             return
         argv, cwd, env = list(map(str, args[2:])), os.path.abspath(cwd or os.getcwd()), dict(os.environ if env is None else env)
-        own = [given if given >= 0 else number for number, given in enumerate((p2cread, c2pwrite, errwrite))]
+        own = [pipe if pipe >= 0 else number for number, pipe in enumerate((pipes[0], pipes[3], pipes[5]))]
+        self._run_fork(argv, cwd, env, own)
+        self._child_created = True
+        self._close_pipe_fds(*pipes)
+
+    def _run_fork(self, argv, cwd, env, own):
+        """pid becomes that of a runner with these arguments, files and variables."""
+        asked, owner, execute = _nursery
         if owner == os.getpid():
             ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
             socket.send_fds(asked, [json.dumps({'argv': argv, 'cwd': cwd, 'env': env, 'parent': owner}).encode()], own)
@@ -39,8 +47,6 @@ class Forked(subprocess.Popen):
             self.pid = os.fork()
             if self.pid == 0:
                 execute(argv, cwd, env, own)
-        self._child_created = True
-        self._close_pipe_fds(p2cread, p2cwrite, c2pread, c2pwrite, errread, errwrite)
 
 
 def use(handle, execute=None):
