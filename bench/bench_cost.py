@@ -228,6 +228,21 @@ def growth_rows(points):
                   f"{volume:.2f} mm3, {volume / 5.0 / 0.0625:.0f} cells newly swept a period")
 
 
+def show(case, found, table):
+    """Print what measure() found of a case: a line of a table, else rows."""
+    if table:
+        print(f"{case.name:44s} mean {found['mean']:7.2f}  p99.99 {found['p9999']:7.2f}  worst {found['worst']:7.2f}"
+              f"  (first {found['first_p9999']:8.2f} {found['first_worst']:8.2f}) us;  "
+              f"instr {found['instructions'] or 0:9.0f}, worst {found['worst_instructions'] or 0:9d} at "
+              + " ".join(f"{v:.2f}" for v in found["place"]), flush=True)
+    else:
+        for line_ in rows_of(found):
+            print(json.dumps(line_), flush=True)
+        if case is MILLION:
+            print(json.dumps(row("memory of the map, all included", found["bytes_a_cell"], "B/cell", None,
+                                 f"8 bytes a cell, the empty ring's too, and a head of {found['head']:.0f} bytes")), flush=True)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*")
@@ -248,17 +263,7 @@ def main():
         if options.quick:
             case.periods //= 10
         found = measure(case)
-        if options.table:
-            print(f"{case.name:44s} mean {found['mean']:7.2f}  p99.99 {found['p9999']:7.2f}  worst {found['worst']:7.2f}"
-                  f"  (first {found['first_p9999']:8.2f} {found['first_worst']:8.2f}) us;  "
-                  f"instr {found['instructions'] or 0:9.0f}, worst {found['worst_instructions'] or 0:9d} at "
-                  + " ".join(f"{v:.2f}" for v in found["place"]), flush=True)
-        else:
-            for line_ in rows_of(found):
-                print(json.dumps(line_), flush=True)
-            if case is MILLION:
-                print(json.dumps(row("memory of the map, all included", found["bytes_a_cell"], "B/cell", None,
-                                     f"8 bytes a cell, the empty ring's too, and a head of {found['head']:.0f} bytes")), flush=True)
+        show(case, found, options.table)
     if not options.names and not options.count:
         points = growth()
         for point in growth_rows(points):

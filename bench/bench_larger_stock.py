@@ -26,7 +26,8 @@ from support.shadow_runs import MACHINES, PINS, SPEED, SWITCH, TIMEOUT_S
 SHORT = ("fusion_pocket", "fusion_personal_profile", "freecad_drill", "vectric_profile", "makera_relief", "carbide_create_pocket", "mastercam_drill", "jscut_pocket")
 AT_END, PER = "on an assumed stock", 11
 SAID = re.compile(r"a stock is assumed from .*, from (\S+) (\S+) (\S+) to (\S+) (\S+) (\S+) mm")
-DISPLAY = "\ns#^POSTGUI_HALFILE = ../hal/chipwise_display.hal#HALFILE = ../hal/chipwise_display.hal#"       # says the line at the end
+# says the line at the end
+DISPLAY = "\ns#^POSTGUI_HALFILE = ../hal/chipwise_display.hal#HALFILE = ../hal/chipwise_display.hal#"
 HEAD = f"{'program':26s} {'larger by mm':>22s} {'removed':>9s} {'model':>9s} {'adaptive':>9s} {'v / F':>7s} {'errors':>6s}"
 
 

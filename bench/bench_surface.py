@@ -18,7 +18,6 @@ rest     after a D6 ball at 0.5 mm a D3 ball at 0.2 mm where more than 0.05 mm i
          bits of 0.25 mm), cuts alone and with plunges; link time P1 / P0; and levels of 1.5 mm with a flat D6: the same
 """
 import argparse
-import dataclasses
 import json
 import os
 import subprocess
@@ -37,6 +36,8 @@ from chipwise.surface.model import Placing, read_model
 from rows import row
 from roots import ROOT
 import surface_links
+import surface_rest
+from surface_rest import START, link_seconds
 from support import link_judge, second_oracles, surface_cases, surface_judge
 
 FLOOR = -50.0
@@ -112,12 +113,7 @@ DEMOS = {"hills, D6 ball": (lambda: surface_cases.waves(60), Shape(6, 3)),
          "step, D6 bull-nose": (lambda: np.concatenate([surface_cases.box((0, 0, -5), (40, 40, 0)), surface_cases.box((10, 10, 0), (25.3, 24.1, 4))]),
                                 Shape(6, 1)),
          "sphere, D6 flat": (lambda: surface_cases.sphere(15.0, 90), Shape(6))}
-START = (-30.0, -30.0, 30.0)
 RELIEF = 1.0            # mm, of the requests of DEMOS
-
-
-def link_seconds(plan):
-    return sum(map(link_judge.seconds, link_judge.links_of(plan.moves, START)))
 
 
 def path():
@@ -130,19 +126,29 @@ def path():
             plans = [surface_plan(SurfaceRequest(link=link, **known)) for link in (0, 1, 2)]
             model = read_model(file, Placing())
         probe = drop_cutter.Probe(drop_cutter.Mesh(model, 3.0), shape, floor=float(model.low[2]))
-        points = np.concatenate([p[1:] if isinstance(move, PlaneArc) else p[-1:]
-                                 for move, (_kind, p) in zip(plans[1].moves, surface_judge.positions(plans[1].moves, START))])
-        yield row(f"surface: {name}, deepest gouge along every move", float(probe.excess(points[2:-1], points[3:], 0.0)[0].max()), "mm", "", 1e-3)
-        deepest, highest = surface_judge.gouge_and_rest(plans[1].moves, START, surface_cases.triangles_of(model), shape, float(model.low[2]), 60, 1)
-        yield row(f"surface: {name}, the same by brute force at 60 points", max(0.0, deepest), "mm", f"highest {highest:.4f} mm, walls included", 1e-3)
+        yield from gouges(name, plans[1], model, shape, probe)
         times = [link_seconds(plan) for plan in plans]
         yield row(f"surface: {name}, link time P1 / P0", times[1] / times[0], "", f"{times[0]:.1f}, {times[1]:.1f} and with P2 {times[2]:.1f} s", 0.5)
         yield row(f"surface: {name}, across and the last relief alone / P0", least_seconds(plans[0], probe) / times[0], "", "no straight one-way link goes below it")
-        contacts, links = 0, 0
-        for plan in plans:
-            depths = surface_judge.Needles(plan.low, plan.high, plan.high[2], 3000, 1).follow(plan.moves, START, shape)
-            contacts, links = contacts + sum(depth > surface_judge.RIDGE for depth in depths), links + len(depths)
-        yield row(f"surface: {name}, traverses that meet stock", contacts, "", f"of {links}", 0)
+        yield traverses_in_stock(name, plans, shape)
+
+
+def gouges(name, plan, model, shape, probe):
+    """Rows of what a plan takes from the model."""
+    points = np.concatenate([p[1:] if isinstance(move, PlaneArc) else p[-1:]
+                             for move, (_kind, p) in zip(plan.moves, surface_judge.positions(plan.moves, START))])
+    yield row(f"surface: {name}, deepest gouge along every move", float(probe.excess(points[2:-1], points[3:], 0.0)[0].max()), "mm", "", 1e-3)
+    deepest, highest = surface_judge.gouge_and_rest(plan.moves, START, surface_cases.triangles_of(model), shape, float(model.low[2]), 60, 1)
+    yield row(f"surface: {name}, the same by brute force at 60 points", max(0.0, deepest), "mm", f"highest {highest:.4f} mm, walls included", 1e-3)
+
+
+def traverses_in_stock(name, plans, shape):
+    """Row of the traverses that meet one of many needles."""
+    contacts, links = 0, 0
+    for plan in plans:
+        depths = surface_judge.Needles(plan.low, plan.high, plan.high[2], 3000, 1).follow(plan.moves, START, shape)
+        contacts, links = contacts + sum(depth > surface_judge.RIDGE for depth in depths), links + len(depths)
+    return row(f"surface: {name}, traverses that meet stock", contacts, "", f"of {links}", 0)
 
 
 def least_seconds(plan, probe):
@@ -182,56 +188,6 @@ def machine():
                   f"{found[0][0]:.1f} and {found[1][0]:.1f} s; {lost} gaps in the log", 0.5)
 
 
-def grooves():
-    """Three vee grooves along X, 90 degrees, on 25 x 24 mm."""
-    y = np.linspace(0, 24, 97)
-    return surface_cases.terrain(np.linspace(0, 25, 3), y, np.repeat(np.abs((y + 4) % 8 - 4)[:, None] - 4, 3, axis=1))
-
-
-PARTS = {"vee grooves": grooves, "hills": lambda: surface_cases.waves(30, 25.0),
-         "step": lambda: np.concatenate([surface_cases.box((0, 0, -5), (25, 20, 0)), surface_cases.box((6, 6, 0), (15.3, 14.1, 4))])}
-
-
-def fine_rest(small, needles, top):
-    """feed_figures() of the rest with one-way cuts, a small relief and small cells."""
-    levels, finish, fine = (dataclasses.replace(r, cell=0.1, earlier=()) for r in (*small.earlier, dataclasses.replace(small, relief=0.1, link=1)))
-    needles.height[:] = top
-    for r in (levels, dataclasses.replace(finish, earlier=(levels,))):
-        surface_judge.feed_figures(needles, surface_plan(r).moves, START, r.tool)
-    return surface_judge.feed_figures(needles, surface_plan(dataclasses.replace(fine, earlier=(levels, finish))).moves, START, small.tool)
-
-
-def rest():
-    """Rows of levels and of the rest with a smaller tool."""
-    for name, make in PARTS.items():
-        with tempfile.TemporaryDirectory() as folder:
-            file = surface_cases.write_stl(f"{folder}/model.stl", make())
-            known = dict(file=file, stamp=(name,), placing=Placing(), bottom=None, clearance=None, feed=1500.0, plunge_feed=600.0, start=START,
-                         stock_is_model=True, relief=0.3)
-            levels = SurfaceRequest(tool=Shape(6), step=2.4, depth=1.5, allowance=0.3, tolerance=0.03, **known)
-            finish = SurfaceRequest(tool=Shape(6, 3), step=0.5, earlier=(levels,), **known)
-            small = SurfaceRequest(tool=Shape(3, 1.5), step=0.2, least=0.05, earlier=(levels, dataclasses.replace(finish, earlier=())), **known)
-            plans = {kind: [surface_plan(dataclasses.replace(r, link=link)) for link in (0, 1, 2)] for kind, r in
-                     (("levels", levels), ("rest", small))}
-            needles = surface_judge.grid(plans["levels"][1].low, plans["levels"][1].high, plans["levels"][1].high[2] + levels.allowance, 0.15, 6.0)
-            figures = {"levels": surface_judge.feed_figures(needles, plans["levels"][1].moves, START, levels.tool)}
-            surface_judge.feed_figures(needles, surface_plan(finish).moves, START, finish.tool)
-            before = needles.height.copy()
-            for link in (1, 2):
-                needles.height = before.copy()
-                figures[f"rest P{link}"] = surface_judge.feed_figures(needles, plans["rest"][link].moves, START, small.tool)
-            figures["rest P1, K0.1 and cells of 0.1 mm"] = fine_rest(small, needles, plans["levels"][1].high[2] + levels.allowance)
-        for kind, (lengths, deepest) in figures.items():
-            cut, air = lengths[1500.0]
-            yield row(f"surface: {name}, {kind}, cuts in air", air / cut, "", f"of {cut:.0f} mm; deepest {deepest:.2f} mm", 0.05)
-            everything, air = (sum(v[k] for v in lengths.values()) for k in (0, 1))
-            yield row(f"surface: {name}, {kind}, feed in air with plunges and entries", air / everything, "", f"of {everything:.0f} mm", 0.05)
-        for kind, made in plans.items():
-            times = [link_seconds(plan) for plan in made]
-            yield row(f"surface: {name}, {kind}, link time P1 / P0", times[1] / times[0], "",
-                      f"{times[0]:.1f}, {times[1]:.1f} and with P2 {times[2]:.1f} s; {made[1].cuts} cuts", 0.5)
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--points", type=int, default=100_000)
@@ -243,13 +199,13 @@ def main():
     parser.add_argument("--seed", type=int, default=10_000, help="of contacts")
     options = parser.parse_args()
     if options.only:
-        groups = {"path": path, "rest": rest, "contacts": lambda: contacts(options.links, options.seed), "machine": machine}
+        groups = {"path": path, "rest": surface_rest.rows_of_rest, "contacts": lambda: contacts(options.links, options.seed), "machine": machine}
         for line in groups[options.only]():
             print(f"{line['name']:75s} {line['value']:12.5g} {line['note']}", flush=True)
         return 0
     if options.measure:
         return measure(options.measure)
-    rows = [*points(options.points), *whole(options.step), *path(), *rest(), row("surface: memory a triangle, reading and bins", memory(), "bytes", "1,000,000 triangles", 150)]
+    rows = [*points(options.points), *whole(options.step), *path(), *surface_rest.rows_of_rest(), row("surface: memory a triangle, reading and bins", memory(), "bytes", "1,000,000 triangles", 150)]
     for line in rows:
         print(json.dumps(line) if not options.table else f"{line['name']:60s} {line['value']:12.5g} {line['unit']:5s} {line['note']}")
     return 0

@@ -41,46 +41,63 @@ REPEATS = 5             # of a plan: the least computing time, for other work on
 LEVELS = ("rough outside", "rough inside", "rest outside", "rest inside")
 
 
-def random_parts(seed, count, folder, cell):
-    """Rows of random parts."""
-    worst = {"gouge": -math.inf, "rapid": -math.inf, "holder": -math.inf}
-    refused, spent, barriers, length, least, bound, columns = 0, 0.0, 0, 0.0, 0.0, 0.0, 0
-    cycle, shortest = 0.0, {True: 0.0, False: 0.0}
-    total = {"feed": 0.0, "air": 0.0, "rapid": 0.0, (SECOND, "feed"): 0.0, (SECOND, "air"): 0.0}
-    for k in range(count):
-        case = random_case(random.Random(f"bench turning {seed} {k}"))
-        barriers += bool(case.barrier)
+class OfParts:
+    """Sums and worst figures of random parts; lengths in mm, times in s."""
+
+    def __init__(self):
+        self.worst = {"gouge": -math.inf, "rapid": -math.inf, "holder": -math.inf}
+        self.refused, self.barriers, self.columns = 0, 0, 0
+        self.spent = 0.0                                    # for the slowest plan
+        self.length, self.least, self.bound = 0.0, 0.0, 0.0
+        self.cycle, self.shortest = 0.0, {True: 0.0, False: 0.0}
+        self.total = {"feed": 0.0, "air": 0.0, "rapid": 0.0, (SECOND, "feed"): 0.0, (SECOND, "air"): 0.0}
+
+    def add(self, case, folder, cell):
+        """One part more."""
+        self.barriers += bool(case.barrier)
         began = time.process_time()
         try:
             plan, request, machine, text = planned(case, folder)
         except CycleError:
-            refused += 1
-            continue
-        spent = max(spent, time.process_time() - began)
+            self.refused += 1
+            return
+        self.spent = max(self.spent, time.process_time() - began)
         found, _, _ = judge(text, request.scale, case, machine.tools)
-        worst = {name: max(depth, found[name]) for name, depth in worst.items()}
-        total = _added(total, lengths(text, request.scale, case.blank, machine.tools, cell))
+        self.worst = {name: max(depth, found[name]) for name, depth in self.worst.items()}
+        self.total = _added(self.total, lengths(text, request.scale, case.blank, machine.tools, cell))
+        self._add_plan(plan, request, machine)
+
+    def _add_plan(self, plan, request, machine):
         fine = total_length([s for s in plan.steps if s.name.startswith("finish")])
         levels = [s for s in plan.steps if s.name in LEVELS]
-        length, least = length + total_length(levels) + fine, least + sum(s.removed for s in levels) / request.words["D"] + fine
-        bound += passes_along(plan, request.words["D"]) + fine
-        columns += any(s.transverse for s in plan.steps)
-        cycle += sum(seconds(s, request, machine.motion) for s in plan.steps if s.needed)
-        shortest = {whole: shortest[whole] + least_seconds(plan, request, whole) for whole in shortest}
-    note = f"{count} parts, {barriers} with a barrier"
+        self.length += total_length(levels) + fine
+        self.least += sum(s.removed for s in levels) / request.words["D"] + fine
+        self.bound += passes_along(plan, request.words["D"]) + fine
+        self.columns += any(s.transverse for s in plan.steps)
+        self.cycle += sum(seconds(s, request, machine.motion) for s in plan.steps if s.needed)
+        for whole in self.shortest:
+            self.shortest[whole] += least_seconds(plan, request, whole)
+
+
+def random_parts(seed, count, folder, cell):
+    """Rows of random parts."""
+    found = OfParts()
+    for k in range(count):
+        found.add(random_case(random.Random(f"bench turning {seed} {k}")), folder, cell)
+    note = f"{count} parts, {found.barriers} with a barrier"
     air = f"{note}; air is what takes less than {THIN * cell:g} mm"
-    return [row("turning: deepest gouge, barriers included", max(worst["gouge"], 0.0), "mm", note, 0.001),
-            row("turning: deepest rapid in stock", max(worst["rapid"], 0.0), "mm", note, 0.002),
-            row("turning: holder in stock", max(worst["holder"], 0.0), "mm", note, 0.001),
-            row("turning: parts refused", refused, "", note, 0), row("turning: slowest plan", spent, "s", note, 2.0),
-            row("turning: feed in the air", 100 * total["air"] / total["feed"], "%", air, 5.0),
-            row("turning: the second tool's feed in the air", 100 * total[SECOND, "air"] / total[SECOND, "feed"], "%", air, 5.0),
-            row("turning: rapids that cut", total["rapid"], "mm", air, 0.0),
-            row("turning: feed / (area / D + finish)", length / least, "", note, 1.1),
-            row("turning: the same of passes along Z at depth D", bound / least, "", f"{note}; stock h deep is passed h / D times, rounded up"),
-            row("turning: cycle / bound", cycle / shortest[False], "", f"{note}; bound: area / D at F, facing too, finish and drill at E, no rapids", 1.1),
-            row("turning: cycle / bound of whole passes", cycle / shortest[True], "", f"{note}; the same with h / D rounded up"),
-            row("turning: parts with columns", columns, "", note)]
+    return [row("turning: deepest gouge, barriers included", max(found.worst["gouge"], 0.0), "mm", note, 0.001),
+            row("turning: deepest rapid in stock", max(found.worst["rapid"], 0.0), "mm", note, 0.002),
+            row("turning: holder in stock", max(found.worst["holder"], 0.0), "mm", note, 0.001),
+            row("turning: parts refused", found.refused, "", note, 0), row("turning: slowest plan", found.spent, "s", note, 2.0),
+            row("turning: feed in the air", 100 * found.total["air"] / found.total["feed"], "%", air, 5.0),
+            row("turning: the second tool's feed in the air", 100 * found.total[SECOND, "air"] / found.total[SECOND, "feed"], "%", air, 5.0),
+            row("turning: rapids that cut", found.total["rapid"], "mm", air, 0.0),
+            row("turning: feed / (area / D + finish)", found.length / found.least, "", note, 1.1),
+            row("turning: the same of passes along Z at depth D", found.bound / found.least, "", f"{note}; stock h deep is passed h / D times, rounded up"),
+            row("turning: cycle / bound", found.cycle / found.shortest[False], "", f"{note}; bound: area / D at F, facing too, finish and drill at E, no rapids", 1.1),
+            row("turning: cycle / bound of whole passes", found.cycle / found.shortest[True], "", f"{note}; the same with h / D rounded up"),
+            row("turning: parts with columns", found.columns, "", note)]
 
 
 def least_seconds(plan, request, whole):
@@ -169,18 +186,23 @@ def residue(seed, folder):
                 "(tests/turning)", 0.01)]
 
 
+def long_case(count, seed):
+    """Case of a profile of so many elements."""
+    rng = random.Random(seed)
+    chain, x = [(0.0, 12.0, None)], 12.0
+    for k in range(1, count + 1):
+        x = min(max(x + rng.uniform(-0.4, 0.4), 8.0), 16.0)
+        chain.append((-60.0 * k / count, x, None))
+    text = "\n".join(["(WORKPIECE,CYLINDER,AXIS=Z,DIAMETER=34,ZMIN=-90,ZMAX=1)", "G21 G18 G8 G94 G97 S500 M3",
+                      "G26 Q100 I0.3 D1.5 F100", "M2", "O100 sub", *words(chain, False, 1.0), "O100 endsub", ""])
+    return Case(text, dense(chain), [], (17.0, -90.0, 1.0), 0.3, sorted(INSERTS)[1])
+
+
 def long_profiles(seed, folder):
     """Rows of profiles of 100 and 1,000 elements."""
     rows = []
     for count, target in ((100, 0.1), (1000, 1.0)):
-        rng = random.Random(seed)
-        chain, x = [(0.0, 12.0, None)], 12.0
-        for k in range(1, count + 1):
-            x = min(max(x + rng.uniform(-0.4, 0.4), 8.0), 16.0)
-            chain.append((-60.0 * k / count, x, None))
-        text = "\n".join(["(WORKPIECE,CYLINDER,AXIS=Z,DIAMETER=34,ZMIN=-90,ZMAX=1)", "G21 G18 G8 G94 G97 S500 M3",
-                          "G26 Q100 I0.3 D1.5 F100", "M2", "O100 sub", *words(chain, False, 1.0), "O100 endsub", ""])
-        case = Case(text, dense(chain), [], (17.0, -90.0, 1.0), 0.3, sorted(INSERTS)[1])
+        case = long_case(count, seed)
         times = []
         for _ in range(REPEATS):
             reach._dilated.cache_clear()
