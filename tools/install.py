@@ -201,6 +201,23 @@ def owner(path):
     return said.stdout.partition(':')[0] if said.returncode == 0 else ''
 
 
+def keep_beside(targets, destdir):
+    """Copies of users' files whose place those of this version take."""
+    for target in targets:
+        yours = free_name(destdir + target)
+        shutil.copy2(destdir + target, yours)
+        print('chipwise: %s is the one of this version; the one you have changed is %s' % (destdir + target, yours))
+
+
+def say_what_stays(gone, stay, to_put, destdir):
+    """gone: users' files that this version does not have; stay: those that it has."""
+    for target in gone:
+        print('chipwise: %s is yours and stays; this version has no such file' % (destdir + target))
+    for target in stay:
+        print('chipwise: %s stays as you have changed it%s' % (
+            destdir + target, '; the one of this version is %s.new' % (destdir + target) if target + '.new' in to_put else ''))
+
+
 def install(destdir, prefix, is_package=False):
     plan = wanted(prefix)
     old = Manifest(manifest_path(destdir, prefix))
@@ -220,19 +237,12 @@ def install(destdir, prefix, is_package=False):
     new.files.update({target: '' if target in pending else old.files.get(target, '') for target in to_put} | stay)
     if not is_package:
         new.write()                     # first: an interrupted run can be undone
-    for target in beside:
-        yours = free_name(destdir + target)
-        shutil.copy2(destdir + target, yours)
-        print('chipwise: %s is the one of this version; the one you have changed is %s' % (destdir + target, yours))
+    keep_beside(beside, destdir)
     for target, source in pending.items():
         put(source, destdir + target)
     for target in stale:
         os.unlink(destdir + target)
-    for target in set(gone) - set(stale):
-        print('chipwise: %s is yours and stays; this version has no such file' % (destdir + target))
-    for target in stay:
-        print('chipwise: %s stays as you have changed it%s' % (
-            destdir + target, '; the one of this version is %s.new' % (destdir + target) if target + '.new' in to_put else ''))
+    say_what_stays(set(gone) - set(stale), stay, to_put, destdir)
     if not is_package:
         new.files = {target: hash_of(destdir + target) for target in to_put} | stay
         new.files.update({target: old.files[target] for target in old.files if target not in new.files and os.path.lexists(destdir + target)})

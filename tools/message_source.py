@@ -28,7 +28,8 @@ LOUD = {'print', 'error', 'SystemExit'}         # these count only if the text b
 TABLES = ('FAULTS', 'REASONS', 'PATH_REFUSALS', 'LOAD_ALARMS')                  # {number: text} or {number: (fact, remedy)}
 TEXTS = ('guard_text', 'clamp_text', 'slow_text', 'override_text', 'message_of', 'of_unexpected', 'forgetful', 'running', '_rate_note')            # functions that return a message
 NOTES = re.compile(r'note')                     # functions that make (text, values)
-FINDING = 'said'                                # the variable of Finding.said()
+FINDING = 'said'                                # the variable of Finding.said(), and of the methods that it shares it with:
+OF_FINDING = ('said', '_said_of_load', '_said_of_machine')
 
 
 # ---- strings of an expression ------------------------------------------------------------------------------------
@@ -47,6 +48,12 @@ class Scope:
         for node in sorted(inside, key=lambda node: node.lineno):
             if node.lineno < line:
                 self._assignment(node)
+
+    def add_parameters(self, module):
+        """What Finding.said() hands to its helpers by the same names."""
+        said = next(node for node in ast.walk(module) if isinstance(node, ast.FunctionDef) and node.name == OF_FINDING[0])
+        for node in said.body:
+            self._assignment(node)
 
     def _assignment(self, node):
         if isinstance(node, ast.Assign):
@@ -151,9 +158,11 @@ def python_messages(path, used):
         if isinstance(node, (ast.Return, ast.Tuple)) and (
                 function is None or function.name not in TEXTS and not NOTES.search(function.name)):
             continue
-        if isinstance(node, (ast.Assign, ast.AnnAssign)) and function is not None and function.name not in ('text', 'said'):
+        if isinstance(node, (ast.Assign, ast.AnnAssign)) and function is not None and function.name not in ('text', *OF_FINDING):
             continue
         scope = Scope(module, function, getattr(node, 'end_lineno', 0) or 0)
+        if function is not None and function.name in OF_FINDING[1:]:
+            scope.add_parameters(module)
         if isinstance(node, ast.Call):
             found += _of_call(node, scope, used, parents)
         elif isinstance(node, (ast.Assign, ast.AnnAssign)):
@@ -212,7 +221,7 @@ def _of_assignment(node, scope, function, used):
             said = [normal(texts(part, scope)[0]) for part in pair]
             found.append(tuple(said[:2]) if len(said) > 1 else split(said[0]))
         return found
-    if names[0] == FINDING and function is not None and function.name == 'said':
+    if names[0] == FINDING and function is not None and function.name in OF_FINDING:
         used.add(FINDING)
         return [split(normal(text)) for text in texts(node.value, scope)]
     return []

@@ -14,6 +14,7 @@ from chipwise.rates import MM3_PER_CM3
 FLUTE, RAPID, HOLDER, RATE, TOOL, FLUTES_UNKNOWN = "flute", "rapid", "holder", "rate", "tool", "flute-unknown"
 CLEARANCE, GOUGE, MACHINE, LIMIT, CLAMP = "clearance", "gouge", "machine", "limit", "clamp"
 CHIP, POWER, BENDING = "chip", "power", "bending"
+OF_LOAD, OF_MACHINE = (RATE, CHIP, POWER, BENDING), (MACHINE, LIMIT, TOOL)
 OF_STOCK = (FLUTE, RAPID, HOLDER, RATE, CHIP, POWER, BENDING, CLEARANCE, GOUGE)          # rules that a stock decides
 
 RULES = {
@@ -85,30 +86,42 @@ class Finding:
         elif self.rule == HOLDER:
             said = (f"the holder meets {length(self.value)} of stock{at}, the tool sticks out {length(self.limit)}; "
                     f"let it stick out {length(self.limit + self.value)}")
-        elif self.rule == RATE:
+        elif self.rule in OF_LOAD:
+            said = self._said_of_load(length, at)
+        elif self.rule == GOUGE:
+            said = f"the part is gouged by {length(self.value)}{at}; correct the program, or the place of the part"
+        elif self.rule in OF_MACHINE:
+            said = self._said_of_machine(length)
+        else:
+            said = "its flute_length is unknown, so its depth is not checked; add it to [CHIPWISE]TOOL_GEOMETRY"
+        return printable(said)
+
+    def _said_of_load(self, length, at):
+        """said() of OF_LOAD."""
+        if self.rule == RATE:
             said = (f"removes {self.value / MM3_PER_CM3:.4g} cm3/min{at}, the tool's max_rate is {self.limit / MM3_PER_CM3:.4g}; "
                     "lower F, or use M251")
         elif self.rule == CHIP:
             said = f"cuts chips of {length(self.value)}{at}, the tool's chip_load is {length(self.limit)}; lower F, or use M251"
         elif self.rule == POWER:
             said = f"needs {self.value:.3g} W at the edges{at}, the spindle has {self.limit:.3g} W at this speed (SPINDLE_POWER, SPINDLE_TORQUE); lower F, or use M251"
-        elif self.rule == BENDING:
+        else:
             said = f"is bent by {length(self.value)} at its tip{at}, its deflection is {length(self.limit)}; lower F, take smaller cuts, or use M251"
-        elif self.rule == GOUGE:
-            said = f"the part is gouged by {length(self.value)}{at}; correct the program, or the place of the part"
-        elif self.rule == MACHINE and self.axis:
+        return said
+
+    def _said_of_machine(self, length):
+        """said() of OF_MACHINE."""
+        if self.rule == MACHINE and self.axis:
             said = (f"the machine has no axis {self.axis}, so LinuxCNC refuses the program; leave {self.axis} out, or name the machine with --ini")
         elif self.rule == MACHINE:
             said = f"the tool is not in the tool table, so LinuxCNC refuses the program; add T{self.tool} to it, or name the machine with --ini"
         elif self.rule == LIMIT:
             said = (f"{self.axis} goes to {length(self.value)} in machine coordinates, its limit is {length(self.limit)}; "
                     "move the work, and touch off again")
-        elif self.rule == TOOL:
+        else:
             said = ("the tool is not in [CHIPWISE]TOOL_GEOMETRY and is checked as a flat end mill of its diameter; "
                     "describe it there")
-        else:
-            said = "its flute_length is unknown, so its depth is not checked; add it to [CHIPWISE]TOOL_GEOMETRY"
-        return printable(said)
+        return said
 
     def _said_of_clamp(self, length, at):
         """said() of CLAMP."""

@@ -47,6 +47,11 @@ class Timer:
         self.load.wait(seconds)
         self.load_volumetric.wait(seconds)
 
+    def _most_along(self, direction):
+        """Speed (mm/s) and acceleration (mm/s2) that the axes allow along unit vectors."""
+        with np.errstate(divide="ignore"):
+            return (self.speeds / np.abs(direction)).min(axis=1), (self.accels / np.abs(direction)).min(axis=1)
+
     def spend(self, part, tool, stops=False):
         """Time of a PathPart; -> its removal rates at F, mm3/min, or None if none is cut.
 
@@ -54,9 +59,7 @@ class Timer:
         """
         direction, cutting = part.direction, part.cutting
         length, volume = part.length, part.volume
-        with np.errstate(divide="ignore"):
-            rapid_speed = (self.speeds / np.abs(direction)).min(axis=1)
-            accel = (self.accels / np.abs(direction)).min(axis=1)
+        rapid_speed, accel = self._most_along(direction)
         unfed = cutting & ~(part.feed > 0)
         if unfed.any():
             raise Unreadable("no feed is set", "give F on this line or before", int(part.lines[unfed][0]))

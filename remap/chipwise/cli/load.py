@@ -36,7 +36,8 @@ NAME = 'load'
 HELP = 'load the HAL components (called by chipwise.hal)'
 
 BYTES_PER_CELL = ctypes.sizeof(Cell)
-AXIS_ACCELERATION = 1.0     # machine units/s2: LinuxCNC's for an axis without one, whatever [TRAJ] and the joint have (emccfg.h, 2.9 and 2.10)
+# machine units/s2: LinuxCNC's for an axis without one, whatever [TRAJ] and the joint have (emccfg.h, 2.9 and 2.10)
+AXIS_ACCELERATION = 1.0
 NOTICE_S = 0.5              # that a traverse waits for the shape of a new tool until a message says so
 MONITOR_TIMEOUT_S = 5.0     # without a heartbeat of chipwise-monitor until fault 16
 TOOL_NUMBER = 'iocontrol.0.tool-number'
@@ -256,43 +257,13 @@ def check_folder(ini):
 def load(ini, settings):
     """Check settings, machine and HAL, then load and connect the components.  Raises CycleError."""
     check_memory(settings)
-    size_x, size_y = settings['MAP_SIZE']
-    units = ini.units_per_mm()
     acceleration = planner_acceleration(ini)
     check_codes(ini)
     check_machine(ini)
     check_includes(ini)
     check_free(settings)
     check_map_key()
-    first, status = settings['ANALOG_OUT'], settings['ANALOG_IN']
-    halcmds(
-            ('loadrt', 'chipwise_inputs'),
-            ('loadrt', 'chipwise_command'),
-            ('loadrt', 'stock_tracker', f"cell={settings['CELL']:.9g}",
-             f'finest_cell={finest_cell(ini, settings, tool_shapes(settings)):.9g}', f'size_x={size_x:.9g}', f'size_y={size_y:.9g}', f'work={work_of(ini, settings)}'),
-            ('loadrt', 'volumetric_feed'),
-            ('loadrt', 'chipwise_guard'),
-            ('setp', 'chipwise-guard.0.guard-rapid', f"{settings['GUARD_RAPID']:d}"),
-            ('setp', 'chipwise-guard.0.guard-flute', f"{settings['GUARD_FLUTE']:d}"),
-            ('setp', 'chipwise-guard.0.notice', f'{patience(NOTICE_S):g}'),
-            ('setp', 'stock-tracker.0.units-per-mm', f'{units:.17g}'),
-            ('setp', 'stock-tracker.0.monitor-timeout', f'{patience(MONITOR_TIMEOUT_S):g}'),
-            ('setp', 'stock-tracker.0.read-path', f"{settings['READ_PATH']:d}"),
-            ('setp', 'stock-tracker.0.acceleration', f'{acceleration:.9g}'),
-            ('setp', 'stock-tracker.0.air-clearance', f"{settings['AIR_CLEARANCE'] * units:.9g}"),
-            ('setp', 'stock-tracker.0.feed-output', f"{settings['ANALOG_OUT'] + 2}"),
-            ('setp', 'stock-tracker.0.max-jerk', f'{planner_jerk(ini):.9g}'),
-            ('setp', 'volumetric-feed.0.load-action', f"{LOAD_ACTIONS.index(settings['SPINDLE_LOAD_ACTION'])}"),
-            *(('setp', f'volumetric-feed.0.{name}', f'{value:.17g}')
-              for name, value in feed_parameters(ini, settings, units, acceleration).items()),
-            *(('setp', f'stock-tracker.0.acceleration-{axis}', f'{value:.9g}')
-              for axis, value in axis_accelerations(ini).items()),
-            ('net', 'chipwise-word', f'motion.analog-out-{first:02d}', 'chipwise-command.0.word'),
-            ('net', 'chipwise-value', f'motion.analog-out-{first + 1:02d}',
-             'chipwise-command.0.value'),
-            ('net', 'chipwise-programmed', f'motion.analog-out-{first + 2:02d}',
-             'volumetric-feed.0.programmed-vel', 'stock-tracker.0.programmed-vel'),
-            ('net', 'chipwise-status', 'chipwise-command.0.status', f'motion.analog-in-{status:02d}'))
+    halcmds(*_loaded(ini, settings), *_parameters(ini, settings, acceleration), *_connections(settings))
     watch_the_tool()
     join('motion.feed-inhibit', 'chipwise-guard.0.inhibit', 'chipwise-feed-inhibit')
     join('motion.feed-hold', 'chipwise-guard.0.hold', 'chipwise-feed-hold')
@@ -318,3 +289,45 @@ def join(pin, ours, signal):
         halcmd('unlinkp', pin)
         halcmd('net', theirs, ours + '-in')
     halcmd('net', signal, ours, pin)
+
+
+def _loaded(ini, settings):
+    """Commands of HAL that load the components."""
+    size_x, size_y = settings['MAP_SIZE']
+    return [
+        ('loadrt', 'chipwise_inputs'),
+        ('loadrt', 'chipwise_command'),
+        ('loadrt', 'stock_tracker', f"cell={settings['CELL']:.9g}",
+         f'finest_cell={finest_cell(ini, settings, tool_shapes(settings)):.9g}', f'size_x={size_x:.9g}', f'size_y={size_y:.9g}', f'work={work_of(ini, settings)}'),
+        ('loadrt', 'volumetric_feed'),
+        ('loadrt', 'chipwise_guard')]
+
+
+def _parameters(ini, settings, acceleration):
+    """Commands of HAL that set what settings and INI file say."""
+    units = ini.units_per_mm()
+    return [
+        ('setp', 'chipwise-guard.0.guard-rapid', f"{settings['GUARD_RAPID']:d}"),
+        ('setp', 'chipwise-guard.0.guard-flute', f"{settings['GUARD_FLUTE']:d}"),
+        ('setp', 'chipwise-guard.0.notice', f'{patience(NOTICE_S):g}'),
+        ('setp', 'stock-tracker.0.units-per-mm', f'{units:.17g}'),
+        ('setp', 'stock-tracker.0.monitor-timeout', f'{patience(MONITOR_TIMEOUT_S):g}'),
+        ('setp', 'stock-tracker.0.read-path', f"{settings['READ_PATH']:d}"),
+        ('setp', 'stock-tracker.0.acceleration', f'{acceleration:.9g}'),
+        ('setp', 'stock-tracker.0.air-clearance', f"{settings['AIR_CLEARANCE'] * units:.9g}"),
+        ('setp', 'stock-tracker.0.feed-output', f"{settings['ANALOG_OUT'] + 2}"),
+        ('setp', 'stock-tracker.0.max-jerk', f'{planner_jerk(ini):.9g}'),
+        ('setp', 'volumetric-feed.0.load-action', f"{LOAD_ACTIONS.index(settings['SPINDLE_LOAD_ACTION'])}"),
+        *(('setp', f'volumetric-feed.0.{name}', f'{value:.17g}')
+          for name, value in feed_parameters(ini, settings, units, acceleration).items()),
+        *(('setp', f'stock-tracker.0.acceleration-{axis}', f'{value:.9g}') for axis, value in axis_accelerations(ini).items())]
+
+
+def _connections(settings):
+    """Commands of HAL that connect the components with motion's analog pins."""
+    first, status = settings['ANALOG_OUT'], settings['ANALOG_IN']
+    return [
+        ('net', 'chipwise-word', f'motion.analog-out-{first:02d}', 'chipwise-command.0.word'),
+        ('net', 'chipwise-value', f'motion.analog-out-{first + 1:02d}', 'chipwise-command.0.value'),
+        ('net', 'chipwise-programmed', f'motion.analog-out-{first + 2:02d}', 'volumetric-feed.0.programmed-vel', 'stock-tracker.0.programmed-vel'),
+        ('net', 'chipwise-status', 'chipwise-command.0.status', f'motion.analog-in-{status:02d}')]

@@ -106,7 +106,14 @@ def pattern_plan(request: PatternRequest, read: Callable[[tuple, tuple, bool], R
     if request.reach and request.travel:
         onto = Isometry(request.travel["matrix"], request.travel["shift"])
         Reach(**request.reach).check([(*made, onto.after(place)) for *made, place in runs_made], request.pose or request.reach["abc"])
-    first = runs.first
+    notes = _notes(request, runs.first, mirrored, turned_over, left)
+    return CyclePlan(tuple(moves), tuple(notes),
+                     lambda: Report("pattern", {"copies": len(copies), "moves": count}))
+
+
+def _notes(request, first, mirrored, turned_over, left):
+    """What the operator has to know of the pattern.  first: the Recorded of the first copy; turned_over: whether it has the other hand than the
+    sub; left: cuts that are not reversed."""
     notes = [Note(braceless(text), {}) for text in first.messages]
     if turned_over and request.keep_climb:
         notes += _left_note(left)
@@ -118,8 +125,7 @@ def pattern_plan(request: PatternRequest, read: Callable[[tuple, tuple, bool], R
         notes.append(Note(f"the cuts from line {own} of the sub on are mirrored: the tool has to cut in that direction", {}))
     if _tilt(request) > NOTED_TILT and not request.pose:
         notes.append(Note(f"station {request.station:g} is tilted by {_tilt(request):.2f} degrees, and the tool's axis stays as it is", {}))
-    return CyclePlan(tuple(moves), tuple(notes),
-                     lambda: Report("pattern", {"copies": len(copies), "moves": count}))
+    return notes
 
 
 def check(request: PatternRequest):

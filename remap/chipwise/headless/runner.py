@@ -43,6 +43,15 @@ def start_command(ini, settings):
     return ['sh', '-c', script, 'sh', lines, ini, copy]
 
 
+def _environment(program, timeout, summary_path, log):
+    """Variables of the process that runs a program."""
+    variables = {name: value for name, value in os.environ.items() if name not in ('DISPLAY', 'CHIPWISE_REPORT')}
+    variables.update(CHIPWISE_PROGRAM=os.path.abspath(program), CHIPWISE_TIMEOUT='%g' % timeout, CHIPWISE_SUMMARY=summary_path)
+    if log:
+        variables['CHIPWISE_LOG'] = os.path.abspath(log)
+    return variables
+
+
 def run_headless(program, ini=HEADLESS, speed=1.0, timeout=3600.0, log=None,
                  output=None, env=None, sandbox_options=(), settings=None):
     """-> the summary (dict) of one run; it has `exit_status` besides its own keys.
@@ -58,15 +67,7 @@ def run_headless(program, ini=HEADLESS, speed=1.0, timeout=3600.0, log=None,
     """
     with tempfile.TemporaryDirectory(prefix='chipwise-run.') as folder:
         summary_path = os.path.join(folder, 'summary.json')
-        variables = dict(os.environ)
-        for name in ('DISPLAY', 'CHIPWISE_REPORT'):
-            variables.pop(name, None)
-        variables.update(
-            CHIPWISE_PROGRAM=os.path.abspath(program), CHIPWISE_TIMEOUT='%g' % timeout,
-            CHIPWISE_SUMMARY=summary_path)
-        if log:
-            variables['CHIPWISE_LOG'] = os.path.abspath(log)
-        variables.update(env or {})
+        variables = _environment(program, timeout, summary_path, log) | (env or {})
         command = [SANDBOX, '--timeout', '%g' % (timeout / speed + GRACE_S),
                    '--speed', '%g' % speed, *sandbox_options,
                    '--', *start_command(os.path.abspath(ini), settings or {})]

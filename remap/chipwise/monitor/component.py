@@ -5,6 +5,23 @@ from chipwise.host.halcmd import halcmd, signal_of
 from chipwise.monitor import known, set_up_time, takeover
 
 COMPONENT = 'chipwise-monitor'
+# (type, direction, names) of the pins, by the names of the module hal
+PINS = (
+    ('HAL_FLOAT', 'HAL_OUT', ('tool-diameter', 'tool-corner-radius', 'tool-tip-angle', 'tool-flute-length', 'tool-stick-out', 'tool-holder-diameter')),
+    ('HAL_S32', 'HAL_OUT', ('tool-number', 'tool-followed', 'heartbeat', 'program-loaded', 'program-mark', 'job-stock', *known.PINS)),
+    ('HAL_FLOAT', 'HAL_OUT', ('tool-max-rate', 'tool-flutes', 'max-chip', 'min-chip', 'max-power', 'max-force', 'tool-stiffness', 'specific-force',
+                              'force-exponent', 'load-factor', 'stock-doubt')),
+    ('HAL_BIT', 'HAL_OUT', ('adaptive-off',)),
+    ('HAL_FLOAT', 'HAL_OUT', ('feed-override',)),
+    ('HAL_BIT', 'HAL_OUT', ('program-running',)),
+    ('HAL_S32', 'HAL_OUT', ('reply', 'parts')),
+    ('HAL_FLOAT', 'HAL_OUT', ('job-target', 'job-ceiling', *set_up_time.PINS)),
+    ('HAL_BIT', 'HAL_OUT', ('hold', 'assumed', 'tool-assumed', 'job', 'job-waits', 'job-air')),
+    ('HAL_BIT', 'HAL_IN', ('ready', 'fault', 'load-lost', 'override-ignored', 'held', 'stock-defined', 'certain', 'job-active', 'feed-carried', 'new-part')),
+    ('HAL_FLOAT', 'HAL_IN', ('guard-distance', 'guard-depth', 'mrr-target', 'load-cut-factor', 'load-ratio')),
+    ('HAL_S32', 'HAL_IN', ('fault-code', 'limited-by', 'mode', 'request', 'slot', 'guard-reason', 'guard-line', 'tool-in-spindle', 'run-end', 'path-refused',
+                           'guard-clamp', 'guard-part', 'clamps-taken', 'load-alarm', 'load-cuts')),
+)
 
 
 def make_component():
@@ -12,27 +29,9 @@ def make_component():
     import hal
     name, dead = takeover.choose_name(COMPONENT)
     component = hal.component(name)
-    for name in ('tool-diameter', 'tool-corner-radius', 'tool-tip-angle', 'tool-flute-length', 'tool-stick-out', 'tool-holder-diameter'):
-        component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
-    for name in ('tool-number', 'tool-followed', 'heartbeat', 'program-loaded', 'program-mark', 'job-stock', *known.PINS):
-        component.newpin(name, hal.HAL_S32, hal.HAL_OUT)
-    for name in ('tool-max-rate', 'tool-flutes', 'max-chip', 'min-chip', 'max-power', 'max-force', 'tool-stiffness', 'specific-force', 'force-exponent', 'load-factor', 'stock-doubt'):
-        component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
-    component.newpin('adaptive-off', hal.HAL_BIT, hal.HAL_OUT)
-    component.newpin('feed-override', hal.HAL_FLOAT, hal.HAL_OUT)
-    component.newpin('program-running', hal.HAL_BIT, hal.HAL_OUT)
-    for name in ('reply', 'parts'):
-        component.newpin(name, hal.HAL_S32, hal.HAL_OUT)
-    for name in ('job-target', 'job-ceiling', *set_up_time.PINS):
-        component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
-    for name in ('hold', 'assumed', 'tool-assumed', 'job', 'job-waits', 'job-air'):
-        component.newpin(name, hal.HAL_BIT, hal.HAL_OUT)
-    for name in ('ready', 'fault', 'load-lost', 'override-ignored', 'held', 'stock-defined', 'certain', 'job-active', 'feed-carried', 'new-part'):
-        component.newpin(name, hal.HAL_BIT, hal.HAL_IN)
-    for name in ('guard-distance', 'guard-depth', 'mrr-target', 'load-cut-factor', 'load-ratio'):
-        component.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)
-    for name in ('fault-code', 'limited-by', 'mode', 'request', 'slot', 'guard-reason', 'guard-line', 'tool-in-spindle', 'run-end', 'path-refused', 'guard-clamp', 'guard-part', 'clamps-taken', 'load-alarm', 'load-cuts'):
-        component.newpin(name, hal.HAL_S32, hal.HAL_IN)
+    for kind, direction, names in PINS:
+        for name in names:
+            component.newpin(name, getattr(hal, kind), getattr(hal, direction))
     if dead:
         takeover.take_over(component, dead, hal.get_value)
     else:

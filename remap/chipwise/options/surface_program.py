@@ -60,13 +60,21 @@ def unit_of(options):
         return 'mm'
 
 
+def _lengths(options, unit):
+    """{name: mm or None} of LENGTHS as the options have them."""
+    lengths = {}
+    for name, (_metavar, default, *_rest) in LENGTHS.items():
+        value = getattr(options, name.replace('-', '_'))
+        lengths[name] = default if value is None else value * unit
+    return lengths
+
+
 def request_of(options, refuse):
     """(SurfaceRequest, mm of a machine unit)"""
     from chipwise.program.reader import Machine, Unreadable
     from chipwise.clib.height_map import Shape
     from chipwise.cycles.surface import SurfaceRequest
     from chipwise.settings import load_settings
-    from chipwise.surface.model import Placing
     from chipwise.tool_data.table import diameter_of
     from chipwise.tool_data.geometry import ToolGeometry, tool_geometry
     try:
@@ -75,15 +83,10 @@ def request_of(options, refuse):
         refuse(str(error).partition('; see')[0])
     settings, unit = load_settings(machine.ini), machine.unit_mm
     geometry = tool_geometry(settings.path('TOOL_GEOMETRY'), options.tool) or ToolGeometry()
-    diameter, lengths = diameter_of(machine.table, options.tool) * unit, {}
-    for name, (_metavar, default, *_rest) in LENGTHS.items():
-        value = getattr(options, name.replace('-', '_'))
-        lengths[name] = default if value is None else value * unit
+    diameter, lengths = diameter_of(machine.table, options.tool) * unit, _lengths(options, unit)
     feed = 600.0 if options.feed is None else options.feed * unit
-    placing = Placing(tuple(value * unit for value in options.at), 1.0 if options.scale is None else options.scale, lengths['pixel'], lengths['depth'],
-                      options.scale is not None)
     return SurfaceRequest(
-        file=options.model, stamp=(), placing=placing, bottom=lengths['floor'], clearance=lengths['clearance'],
+        file=options.model, stamp=(), placing=_placing(options, lengths, unit), bottom=lengths['floor'], clearance=lengths['clearance'],
         tool=Shape.of_tool(diameter, geometry), step=_step(lengths, diameter), feed=feed,
         plunge_feed=feed / 2 if options.plunge_feed is None else options.plunge_feed * unit, start=None,
         direction=float(options.direction), allowance=lengths['allowance'], relief=lengths['relief'], link=options.link,
@@ -91,6 +94,13 @@ def request_of(options, refuse):
         cell=settings['CELL'] if lengths['cell'] is None else lengths['cell'], margin=lengths['margin'], most_moves=MOST_MOVES,
         scallop=lengths['scallop'], depth=lengths['rough'], least=lengths['rest'], ramp_angle=settings['RAMP_ANGLE'],
         traverse_clearance=settings['TRAVERSE_CLEARANCE'], flute_length=geometry.flute_length or 0.0), unit
+
+
+def _placing(options, lengths, unit):
+    """Placing of the model."""
+    from chipwise.surface.model import Placing
+    scale, wanted = (1.0, False) if options.scale is None else (options.scale, True)
+    return Placing(tuple(value * unit for value in options.at), scale, lengths['pixel'], lengths['depth'], wanted)
 
 
 def _step(lengths, diameter):

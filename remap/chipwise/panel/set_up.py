@@ -30,15 +30,21 @@ from chipwise.tool_data.materials import find_material
 CPU_S = 100
 
 
+def _stock_of(order):
+    """(lower corner, upper corner), or None if the program's own stock is asked for."""
+    values = order["stock"]
+    stock = values and (tuple(values[:3]), tuple(values[3:]))
+    if stock and not all(b - a >= jobs.LEAST_MM for a, b in zip(*stock)):
+        raise CycleError("the stock has no extent", "give its lower corner first, then its upper one")
+    return stock
+
+
 def measure(order, machine):
     """The answer to "measure"; machine: entry/mdi.py, or what a test has in its place."""
     program, scene = machine.read().program, machine.scene()
     if not program:
         raise CycleError("no program is loaded", "open one on LinuxCNC's screen")
-    values = order["stock"]
-    stock = values and (tuple(values[:3]), tuple(values[3:]))
-    if stock and not all(b - a >= jobs.LEAST_MM for a, b in zip(*stock)):
-        raise CycleError("the stock has no extent", "give its lower corner first, then its upper one")
+    stock = _stock_of(order)
     settings = load_settings(order["ini"])
     if order["material"]:
         find_material(order["material"], settings.path("MATERIALS"))

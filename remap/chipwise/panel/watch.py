@@ -35,6 +35,8 @@ MAP_SHARE = 0.05        # of the time, for looks at the map
 RETRY_S = 2.0           # until a map that could not be read is looked for again
 RUN_SUMS = tuple(name.replace("-", "_") for name in SUMS)
 OF_RUN = ("mode", "target", "motion_type", *(name.replace("-", "_") for name in STOCK), *RUN_SUMS)
+SHOWN_AS_READ = ("mrr", "target", "lower", "override", "area", "area_ahead", "depth", "tip", "tool", "tool_diameter", "tool_corner_radius",
+                 "tool_flute_length", "removed", "line", "current_vel", "feed_per_tooth", "programmed_vel", "requested_vel", "work", "doubt")
 SLOWER = 0.98           # of F: the background shows it
 PATH_POINTS = 10000     # of the path done
 PATH_STEP_MM = 0.2      # between two of them that were seen at looks
@@ -213,12 +215,9 @@ class Watch:
 
     def state(self, pins, task):
         """What a page shows beside the stock; mm, mm/s, mm2, mm3/min."""
-        shown = ("mrr", "target", "lower", "override", "area", "area_ahead", "depth", "tip", "tool", "tool_diameter",
-                 "tool_corner_radius", "tool_flute_length", "removed", "line", "current_vel", "feed_per_tooth", "programmed_vel",
-                 "requested_vel", "work", "doubt")
         mode, limit = int(pins["mode"]), int(pins["limited_by"])
         run = self.run
-        return {**{name: pins[name] for name in shown}, "time": self.history[-1][0], "clock": round(time.time(), 3), "look": self.number + 1,
+        return {**{name: pins[name] for name in SHOWN_AS_READ}, "time": self.history[-1][0], "clock": round(time.time(), 3), "look": self.number + 1,
                 "stock": bool(pins["stock_defined"]), "assumed": is_assumed(pins["stock_defined"], pins["certain"]), "tool_assumed": bool(pins["tool_assumed"]),
                 "ready": bool(pins["ready"]), "mode": MODES[mode] if 0 <= mode < len(MODES) else MODES[0],
                 "limited_by": LIMITS[limit] if 0 <= limit < len(LIMITS) else LIMITS[0],

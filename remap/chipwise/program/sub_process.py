@@ -85,15 +85,20 @@ def run_sub(found, job, runner, program, ini, order, environment=()) -> dict:
             env={**os.environ, "HOME": folder, "INI_FILE_NAME": paths[1], "LC_ALL": "C", **dict(environment)})
         answer = answer_of(process, json.dumps({**common, **order}))
         check_room(folder, process.returncode)
+    return _result(found, process.returncode, answer, order)
+
+
+def _result(found, status, answer, order):
+    """The result in what a runner printed.  Raises the CycleErrors of run_sub()."""
     if answer is None:
         raise found.fault(found.first, "the sub waits for a file that does not answer", "look at the files that it calls on the SUBROUTINE_PATH")
-    if process.returncode == -signal.SIGPROF:
+    if status == -signal.SIGPROF:
         loops = [n for n, text in found.body if (o_word(text) or ("", ""))[1] in ("while", "do", "repeat", "call")]
         where = f" (loops and calls: line {', '.join(map(str, loops[:5]))})" if loops else ""
         raise found.fault(found.first, f"the sub does not end within {order['cpu_s']:g} s of computing time" + where,
                     "correct the loop's condition, or make the sub simpler")
-    if process.returncode != 0:
-        said = (answer[1].strip().splitlines() or [f"exit {process.returncode}"])[-1]
+    if status != 0:
+        said = (answer[1].strip().splitlines() or [f"exit {status}"])[-1]
         raise found.fault(found.first, f"LinuxCNC's interpreter did not run it ({said})", "see whether `rs274` runs")
     result = json.loads(answer[0])
     if not (result["ended"] or result["stop"] or result["error"]):

@@ -194,13 +194,16 @@ def too_deep(program, geometry, cell, over, clearance=None):
         if squares.value <= 0 and not count:
             raise Unreadable("the depth of the cuts cannot be proved, there are too many walls", "rewrite the program in parts",
                              int(program.line[path.index[-1]]))
-        for one in _deepest(found[:count], path, tools["limit"]):
-            move = int(one["move"])
-            place, own = path.place(move, one["at"]), int(path.tool[move])
-            result.append(Witness(number, float(one["x"]), float(one["y"]), float(one["height"] - place[2]), stock.tools[own % len(stock.tools)],
-                                  int(program.line[path.index[move]]), tuple(place.tolist()),
-                                  path.ends_of(move) if own >= len(stock.tools) else None))
+        result += [_witness(number, one, program, path, stock.tools) for one in _deepest(found[:count], path, tools["limit"])]
     return result
+
+
+def _witness(number, one, program, path, tools):
+    """Witness of a record of FOUND; number: of the stock; tools: of the stock, those of traverses follow them in the path."""
+    move = int(one["move"])
+    place, own = path.place(move, one["at"]), int(path.tool[move])
+    return Witness(number, float(one["x"]), float(one["y"]), float(one["height"] - place[2]), tools[own % len(tools)],
+                   int(program.line[path.index[move]]), tuple(place.tolist()), path.ends_of(move) if own >= len(tools) else None)
 
 
 def _deepest(found, path, limits):

@@ -207,6 +207,15 @@ class Measured:
         return self.time_air_s if air else self.time_with_s
 
 
+def _source(result, stock, first_stock):
+    """Whence the first stock of a program is.  stock: the one that was given, or None."""
+    if result.stock:
+        return result.stock[2]
+    if stock and (first_stock is None or np.allclose(np.concatenate(stock), np.concatenate(first_stock), atol=1e-3)):
+        return OPTION
+    return PROGRAM
+
+
 def measure(program, machine, names, stock=None, material="", set_up=0, clamps=None, **arguments):
     """What was measured in a program.  names: {tool number: name}; material, set_up, clamps: as in a Job; stock, arguments: those of answer.check."""
     made: list = []
@@ -223,11 +232,7 @@ def measure(program, machine, names, stock=None, material="", set_up=0, clamps=N
     if result.error:
         return Measured(result)
     simulation = made[0]
-    source = PROGRAM
-    if result.stock:
-        source = result.stock[2]
-    elif stock and (simulation.first_stock is None or np.allclose(np.concatenate(stock), np.concatenate(simulation.first_stock), atol=1e-3)):
-        source = OPTION
+    source = _source(result, stock, simulation.first_stock)
     if source != PROGRAM and simulation.carries_stock:
         line = next((line for line, text in result.notes if "(G38)" in text), 0)
         error = Unreadable("the program probes its zero (G38), so only the machine knows where the stock lies", "define it with M250 behind the probing", line)

@@ -54,9 +54,7 @@ def _drilled(state, name, tool, allowance):
     if now >= tool.diameter / 2 - ROUGH_MM:
         return Step(name, False, f"the bore is {2 * now:.3f} mm wide already")
     end = max(p.z1 for p in state.stock[True])
-    point = _point(tool)
-    tip = z0 - point - 2 * OVERRUN_MM if state.through and not highest(state.barrier[True], z0 - point - 4 * OVERRUN_MM, z0) > -math.inf \
-        else max(z0 + allowance, _deepest(state, tool, allowance))
+    point, tip = _point(tool), _tip(state, z0, tool, allowance)
     if tip < z0:
         part = clip(part, z0, math.inf)
     shape = _shape(tool, tip, state.domain[1])
@@ -68,16 +66,30 @@ def _drilled(state, name, tool, allowance):
     drilled = upper(lower(before, shape), clip(before, state.domain[0], tip))
     if not passes.worth(above(before, drilled), ROUGH_MM):
         return Step(name, False, f"the hole of {tool.diameter:g} mm is there already")
+    _check_room(state, part, shape, tip, tool)
+    step = Step(name, True, "solid stock where the bore is", tool, "inside, along the axis", tip, end)
+    beside = max(PECK_MM, state.order.beside) if end >= state.faced else state.order.approach
+    step.start, step.moves = (state.safe_z, 0.0), _pecks(end, tip, tool.depth, state.safe_z, beside)
+    state.stock[True] = state.given[True] = state.standing[True] = drilled
+    step.removed = sum(a[2] for a in above(before, state.stock[True]))
+    return step
+
+
+def _tip(state, z0, tool, allowance):
+    """Z of the tip at the bottom of the hole; z0: of the bore's end."""
+    point = _point(tool)
+    if state.through and not highest(state.barrier[True], z0 - point - 4 * OVERRUN_MM, z0) > -math.inf:
+        return z0 - point - 2 * OVERRUN_MM
+    return max(z0 + allowance, _deepest(state, tool, allowance))
+
+
+def _check_room(state, part, shape, tip, tool):
+    """Raise NoRoom if the shape of the hole meets a barrier or the part."""
     inside = above(clip(state.barrier[True], tip, math.inf), shape, passes.ROUNDING_MM)
     if inside:
         raise NoRoom("a drill of {d} would enter a barrier at Z{z}", "end the barrier of the tailstock with G23", d=tool.diameter, z=inside[-1][0])
     if above(part, shape, passes.ROUNDING_MM):
         raise NoRoom("a drill of {d} does not stay inside the bore", "use a smaller drill", d=tool.diameter)
-    step = Step(name, True, "solid stock where the bore is", tool, "inside, along the axis", tip, end)
-    step.start, step.moves = (state.safe_z, 0.0), _pecks(end, tip, tool.depth, state.safe_z, max(PECK_MM, state.order.beside) if end >= state.faced else state.order.approach)
-    state.stock[True] = state.given[True] = state.standing[True] = drilled
-    step.removed = sum(a[2] for a in above(before, state.stock[True]))
-    return step
 
 
 def _shape(tool, tip, z1):

@@ -65,11 +65,7 @@ def make(order):
         said += _texts(order, (error,))
     if asked.only_say:
         return Outcome((), said)
-    chosen = [b for b in blocks(plan, request) if asked.number in (0, b.number)]
-    if sum(len(b.lines) for b in chosen) > asked.most_moves:
-        raise CycleError(f"the plan has more than {asked.most_moves} moves", "use a larger D, or raise [CHIPWISE]PLAN_MOVES")
-    if asked.number:
-        chosen = [b._replace(change=True, back=True) for b in chosen]
+    chosen = _chosen(plan, asked)
     marks, record = {}, None
     if asked.keep and chosen:
         marks, record, notes = _keep(asked.stock, key, choice)
@@ -77,6 +73,16 @@ def make(order):
     question = "".join(_texts(order, (resume.question(choice),))) if choice.stage else ""
     return Outcome((), said, turning=Turning(tuple(_run(b, marks.get(b.number, ())) for b in chosen), tuple(v / request.scale for v in plan.safe),
                                              spindle_line(request), record, question))
+
+
+def _chosen(plan, asked):
+    """The blocks of a plan that are carried out."""
+    chosen = [b for b in blocks(plan, asked.request) if asked.number in (0, b.number)]
+    if sum(len(b.lines) for b in chosen) > asked.most_moves:
+        raise CycleError(f"the plan has more than {asked.most_moves} moves", "use a larger D, or raise [CHIPWISE]PLAN_MOVES")
+    if asked.number:
+        chosen = [b._replace(change=True, back=True) for b in chosen]
+    return chosen
 
 
 def _check_travel(plan, asked, machine):

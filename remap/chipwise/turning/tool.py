@@ -172,8 +172,13 @@ def make_tool(number, table, geometry, unit_mm=1.0):
     nose, diameter = 0.5 * entry.diameter * unit_mm, entry.diameter * unit_mm
     if "point_angle" in more:
         return _drill(number, entry, more, diameter, wrong)
+    return _insert(number, entry, more, nose, wrong)
+
+
+def _insert(number, entry, more, nose, wrong):
+    """LatheTool of an insert; nose: its radius, mm; wrong(fact, remedy) raises."""
     if not 0.0 < nose <= 50.0:
-        wrong(f"the nose diameter D{diameter:g} mm is not above 0 and up to 100 mm", "set D in the tool table to twice the nose radius")
+        wrong(f"the nose diameter D{2 * nose:g} mm is not above 0 and up to 100 mm", "set D in the tool table to twice the nose radius")
     for key in ("edge_length", "holder"):
         if key not in more:
             wrong(f"[lathe.{number}] has no {key}", f"add {key}: without it nobody knows what the tool touches")
@@ -192,7 +197,7 @@ def make_tool(number, table, geometry, unit_mm=1.0):
     at_flat = {1: 0.0, 0: 0.5, -1: 1.0}[z] * flat
     towards = 1 if low >= 90.0 and high > 90.0 else -1
     ahead = low - 90.0 if towards > 0 else 90.0 - high
-    return LatheTool(number, tuple(more.get("roles", ())), inside, nose, diameter, left, right, flat, more["edge_length"],
+    return LatheTool(number, tuple(more.get("roles", ())), inside, nose, 2 * nose, left, right, flat, more["edge_length"],
                      min(more.get("depth", more["edge_length"] / 2), more["edge_length"]), *more["holder"], more.get("bar", 0.0),
                      towards, (at_flat - z * nose, -x * nose), included=high - low,
                      pitch=tuple(more.get("pitch", ())), lean=math.tan(math.radians(ahead)) if ahead >= 0.0 else math.inf, relief=relief, **_cutting(more))
