@@ -18,7 +18,7 @@ STEP = 2.2                          # mm between rings
 RINGS = 4
 SEGMENT = 0.4                       # mm
 DEPTH = -4.0                        # mm
-HEADER = """(A boss milled by small segments: how the feed follows the stock on a CAM program, lines of {segment} mm and arcs)
+HEADER = "(A boss milled by small segments: how the feed follows the stock on a CAM program, lines of {segment} mm and arcs)" """
 (Stock:  120 x 90 x 12 mm, work zero at its lower left corner on the top face)
 (Tool:   T1, 6 mm end mill, 2 flutes)
 (Feed:   12 cm3/min held by the volumetric feed, up to 4000 mm/min)

@@ -67,7 +67,8 @@ box.Length, box.Width, box.Height = 60, 40, 10
 document.recompute()
 job = PathJob.Create('Job', [box], None)
 controller = job.Tools.Group[0]
-controller.ToolNumber, controller.HorizFeed, controller.VertFeed, controller.SpindleSpeed = 1, '600 mm/min', '300 mm/min', 8000
+controller.ToolNumber, controller.SpindleSpeed = 1, 8000
+controller.HorizFeed, controller.VertFeed = '600 mm/min', '300 mm/min'
 controller.Tool.Diameter = 6
 PathProfile.Create('Profile').StepDown = 5
 document.recompute()

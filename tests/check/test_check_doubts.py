@@ -125,7 +125,8 @@ def test_needles_are_few_where_the_program_is_long():
 
 FIGURES = "volume peak_rate mean_rate cutting_s feed_s planned_s feed_volume volumetric_s volumetric_planned_s".split()
 LONG = 15.0                 # mm, flutes of the tools of these programs
-VOLUME = 0.003              # of a volume, with cells of FINE; 0.0007 of it is the stamps' ridge and the oracle's own steps, the rest the cells
+# of a volume, with cells of FINE; 0.0007 of it is the stamps' ridge and the oracle's own steps, the rest the cells
+VOLUME = 0.003
 FINE = 0.1                  # mm: 60 cells across the tool; with 24 of 0.25 mm a short groove may be 0.005 off
 
 

@@ -289,7 +289,8 @@ sys.path.insert(0, sys.argv[1])
 from chipwise.errors import CycleError
 from chipwise.host.halcmd import getp, halcmds
 halcmds(("loadrt", "and2"), ("setp", "and2.0.in0", "1"), ("setp", "and2.0.in1", "1"), ("net", "both", "and2.0.out"))
-for commands in ([("setp", "and2.0.in0", "0"), ("setp", "and2.0.none", "1"), ("setp", "and2.0.in1", "0")], [("loadrt", "no_such")]):
+some = [("setp", "and2.0.in0", "0"), ("setp", "and2.0.none", "1"), ("setp", "and2.0.in1", "0")]
+for commands in (some, [("loadrt", "no_such")]):
     try:
         halcmds(*commands)
     except CycleError as error:

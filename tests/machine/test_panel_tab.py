@@ -39,13 +39,15 @@ def test_the_page_in_a_screen(tmp_path, ini, screen):
     if webkit.returncode or not shutil.which(screen):
         pytest.skip(f'no WebKitGTK 4.1 or no {screen}')
     command = f'{runner.ROOT}/bin/chipwise panel --tab {{XID}}'
+    tab = f'EMBED_TAB_NAME = stock\\nEMBED_TAB_LOCATION = box_right\\nEMBED_TAB_COMMAND = {command}'
     script = f"""cd {runner.ROOT}/configs
         sed -e '/^PYVCP/d' -e '/^EMBED_TAB/d' -e '/chipwise_panel/d' {ini} >tab.ini
-        sed -i 's#^DISPLAY = .*#&\\nEMBED_TAB_NAME = stock\\nEMBED_TAB_LOCATION = box_right\\nEMBED_TAB_COMMAND = {command}#' tab.ini
+        sed -i 's#^DISPLAY = .*#&\\n{tab}#' tab.ini
         linuxcnc -r tab.ini </dev/null &
         for i in $(seq 600); do
             /usr/bin/python3 -c 'import json, urllib.request as r
-print("pages", json.load(r.urlopen("http://127.0.0.1:8250/state.json"))["pages"])' 2>/dev/null | grep "pages 1" && exit 0
+state = json.load(r.urlopen("http://127.0.0.1:8250/state.json"))
+print("pages", state["pages"])' 2>/dev/null | grep "pages 1" && exit 0
             sleep 0.2
         done
         exit 1"""

@@ -12,7 +12,8 @@ PATTERN = f'o100 sub\nG64 P{INSIDE}\nG1 X10 Y0 F3000\nG1 X20\nG4 P100\nG1 X30\no
 CORNER = 'G21 G90 G17\nF3000\nG1 X10 Y10 Z20\nG1 X40\nG1 Y40\nG1 X10\nM2\n'
 OURS = CORNER.replace('F3000', 'M252\nF3000')
 ROUND = [['until', 'joint.1.pos-cmd', '<', 10.01], ['until', 'joint.1.pos-cmd', '>', 10.05], ['until', 'joint.0.pos-cmd', '>', 30], ['abort']]     # X where Y begins to move
-SLOW = 's#^MAX_LINEAR_VELOCITY = .*#MAX_LINEAR_VELOCITY = 10#;s#^MAX_ACCELERATION = .*#MAX_ACCELERATION = 20#'     # so that a corner is as wide as allowed
+# so that a corner is as wide as allowed
+SLOW = 's#^MAX_LINEAR_VELOCITY = .*#MAX_LINEAR_VELOCITY = 10#;s#^MAX_ACCELERATION = .*#MAX_ACCELERATION = 20#'
 
 
 def test_an_abort_and_an_estop_leave_no_wide_corners(tmp_path):

@@ -21,10 +21,15 @@ print(json.dumps({
     "argv": sys.argv[1:], "name": __name__, "path": sys.path[:2], "cwd": os.getcwd(), "environment": dict(os.environ),
     "signals": [str(signal.getsignal(number)) for number in range(1, 32) if number not in (9, 19)],
     "masked": [int(number) for number in signal.pthread_sigmask(signal.SIG_BLOCK, [])],
-    "handles": [name for name in os.listdir("/proc/self/fd") if os.path.exists(f"/proc/self/fd/{name}")], "input": sys.stdin.read(),
-    "streams": [(stream.encoding, stream.errors, stream.line_buffering, stream.write_through, type(stream.buffer).__name__, stream.fileno()) for stream in (sys.stdin, sys.stdout, sys.stderr)],
-    "limits": [resource.getrlimit(number) for number in range(16)], "threads": threading.active_count(), "session": os.getsid(0),
-    "group": os.getpgid(0), "nice": os.nice(0), "umask": os.umask(0), "children": open("/proc/self/task/%d/children" % os.getpid()).read()}))
+    "handles": [name for name in os.listdir("/proc/self/fd") if os.path.exists(f"/proc/self/fd/{name}")],
+    "input": sys.stdin.read(),
+    "streams": [(stream.encoding, stream.errors, stream.line_buffering, stream.write_through,
+                 type(stream.buffer).__name__, stream.fileno())
+                for stream in (sys.stdin, sys.stdout, sys.stderr)],
+    "limits": [resource.getrlimit(number) for number in range(16)], "threads": threading.active_count(),
+    "session": os.getsid(0),
+    "group": os.getpgid(0), "nice": os.nice(0), "umask": os.umask(0),
+    "children": open("/proc/self/task/%d/children" % os.getpid()).read()}))
 print("to stderr", file=sys.stderr)
 """
 
@@ -153,7 +158,8 @@ G12 I5 Z-2 H0
 ;py,from chipwise.host.processes import stat_fields
 ;py,import os
 ;py,pid = client._current.pid
-;py,print('planner:', int(stat_fields(pid)[1]) == os.getpid(), client._current.alive, 'fork_server' in open(f'/proc/{pid}/cmdline').read(), client._current.end())
+;py,forked = 'fork_server' in open(f'/proc/{pid}/cmdline').read()
+;py,print('planner:', int(stat_fields(pid)[1]) == os.getpid(), client._current.alive, forked, client._current.end())
 M2
 """
 

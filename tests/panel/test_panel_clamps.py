@@ -112,7 +112,8 @@ def test_a_clamp_more_and_one_less(shop):
     assert "box is not 6 numbers" in posted(rig, "/clamp", NEW)[1] and request(rig.url, "/clamps.json")[0] == 409
 
 
-PIXELS = """const v = chipwise.view, c = document.createElement('canvas'); v.above(true); v.draw(); c.width = v.canvas.width; c.height = v.canvas.height;
+PIXELS = """const v = chipwise.view, c = document.createElement('canvas');
+    v.above(true); v.draw(); c.width = v.canvas.width; c.height = v.canvas.height;
     const x = c.getContext('2d'); x.drawImage(v.canvas, 0, 0);
     const data = x.getImageData(0, 0, c.width, c.height).data, ink = arguments[0];
     let found = 0;
@@ -174,10 +175,13 @@ def new_clamps(page, machine):
     page.says("saved in clamps.toml")
     bolt = set_ups.load(machine.path)[2].clamps["bolt"]
     assert (bolt.low, bolt.high) == ((-30.0, 5.0, -10.0), (-20.0, 15.5, 2.25))
-    page.run("""const svg = document.getElementById('clamps-picture'), to = (x, y) => new DOMPoint(x, -y).matrixTransform(svg.getScreenCTM());
-        const send = (kind, x, y) => { const p = to(x, y); svg.dispatchEvent(new PointerEvent(kind, {clientX: p.x, clientY: p.y, pointerId: 1})); };
+    page.run("""const svg = document.getElementById('clamps-picture');
+        const to = (x, y) => new DOMPoint(x, -y).matrixTransform(svg.getScreenCTM());
+        const at = (p) => ({clientX: p.x, clientY: p.y, pointerId: 1});
+        const send = (kind, x, y) => svg.dispatchEvent(new PointerEvent(kind, at(to(x, y))));
         svg.setPointerCapture = () => {};
-        send('pointerdown', 50, 40); send('pointermove', 20, 25); send('pointermove', 45, 20); send('pointerup', 45, 20)""")
+        send('pointerdown', 50, 40); send('pointermove', 20, 25);
+        send('pointermove', 45, 20); send('pointerup', 45, 20)""")
     assert [float(page.run(f"return document.getElementById('clamps-n{k}').value")) for k in (0, 1, 3, 4)] == pytest.approx([50, 40, 45, 20], abs=0.3)
     assert page.run("return document.querySelectorAll('#clamps-picture .new').length") == 1
 

@@ -182,7 +182,10 @@ def expected(cycles, looks):
     for look in looks:
         look["stop"] = bool(look["guard_reason"]) and not stopped
         stopped = bool(look["guard_reason"])
-    key = lambda look: (look["tool"], look["mode"], look["target"], look["line"] if look["line"] in cycles else 0)     # noqa: E731
+
+    def key(look):
+        return look["tool"], look["mode"], look["target"], look["line"] if look["line"] in cycles else 0
+
     for (tool, mode, target, _line), group in groupby(looks, key):
         group = list(group)
         cuts = [look for look in group if look["cm3"] > 0]

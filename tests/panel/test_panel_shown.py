@@ -30,7 +30,8 @@ EDGE = """const v = chipwise.view, c = document.createElement('canvas'), m = v.m
     })"""
 BAND = """const c = document.getElementById('chart'), w = chipwise;
     const rows = arguments[0].map(([s, rate, target]) => [s, rate, target, 1]);
-    drawChart(c, rows, w.loads.chart(null, (v) => v / 1000), (name) => getComputedStyle(document.documentElement).getPropertyValue('--' + name).trim());
+    const style = getComputedStyle(document.documentElement);
+    drawChart(c, rows, w.loads.chart(null, (v) => v / 1000), (name) => style.getPropertyValue('--' + name).trim());
     return Array.from(c.getContext('2d').getImageData(0, 0, c.width, Math.round(20 * devicePixelRatio)).data)"""
 
 
@@ -158,7 +159,7 @@ def test_an_assumed_stock_is_marked(driver, rig, language, words, part):
     rig.machine.tasks["running"] = True
     reached(driver, "air", "31 %")
     assert driver.execute_script(shown) == [True, True] and text(driver, "assumed").startswith(words) and text(driver, "new-part") == part
-    assert driver.execute_script(star) == ["rate", "share", "predicted", "area", "ahead", "depth", "tool", "peak", "mean", "air", "removed"]
+    assert driver.execute_script(star) == "rate share predicted area ahead depth tool peak mean air removed".split()
     inside, needed = driver.execute_script("const e = document.getElementById('load'); return [e.clientWidth, e.scrollWidth]")
     assert needed <= inside
     driver.find_element("id", "new-part").click()

@@ -14,7 +14,8 @@ from chipwise.rewrite.program import read
 from chipwise.tool_data.geometry import load_tools
 
 CELL = 0.25
-BESIDE = "M250 P0 Q0 R-20 I20 J30 K20\nT{} M6\nS8000 M3\nG0 X17.004 Y-5 Z5\nG0 Z-12\nG1 Y35 F400\nG0 Z5\nM2\n"       # 0.004 mm of the tool pass the edge
+# 0.004 mm of the tool pass the edge
+BESIDE = "M250 P0 Q0 R-20 I20 J30 K20\nT{} M6\nS8000 M3\nG0 X17.004 Y-5 Z5\nG0 Z-12\nG1 Y35 F400\nG0 Z5\nM2\n"
 
 
 @pytest.fixture(name="ini", scope="module")

@@ -137,7 +137,8 @@ def test_the_setting(tmp_path, machine, setting):
 
 
 FLAT, BALL, CONE = (6.0, 0.0, 0.0), (6.0, 3.0, 0.0), (6.0, 0.0, 90.0)
-TRAVERSES = {               # tool (diameter, corner, tip), begin and end beside the stock's edge at Y0, whether it is nearer than 0.2 mm
+# tool (diameter, corner, tip), begin and end beside the stock's edge at Y0, whether it is nearer than 0.2 mm
+TRAVERSES = {
     "beside a wall, 0.19 mm": (FLAT, (-4, -3.19, -4), (18, -3.19, -4), True),
     "beside a wall, 0.21 mm": (FLAT, (-4, -3.21, -4), (18, -3.21, -4), False),
     "straight up beside a wall": (FLAT, (7, -3.0, -4), (7, -3.0, 3), False),

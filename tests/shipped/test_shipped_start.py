@@ -74,7 +74,8 @@ def test_a_sample_of_linuxcnc_with_the_lines_of_readme(scene):
 OWNERS = 'return is_us(about->shm_perm.uid) && is_us(about->shm_perm.cuid) && (about->shm_perm.mode & 0077) == 0;'
 AS_IT_WAS = '''uid_t owner = about->shm_perm.uid, maker = about->shm_perm.cuid;
     (void)is_us;
-    return (owner == getuid() || owner == geteuid()) && (maker == getuid() || maker == geteuid() || maker == 0) && (about->shm_perm.mode & 0077) == 0;'''
+    return (owner == getuid() || owner == geteuid()) && (maker == getuid() || maker == geteuid() || maker == 0)
+        && (about->shm_perm.mode & 0077) == 0;'''
 
 
 def test_a_tracker_that_knows_two_of_three_uids_is_seen(scene, tmp_path):

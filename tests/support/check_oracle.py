@@ -81,7 +81,8 @@ class Needles:
         self.z = np.full(self.x.shape, float(high[2]))
         self._places = x, y             # the grid has their addresses
         self._grid = Grid(tuple(map(float, low)), spacing, x.ctypes.data, y.ctypes.data, len(x), len(y))
-        self.seen = {}          # by skin: heights as the smaller tool finds them, and steps that the whole tool has still to follow
+        # by skin: heights as the smaller tool finds them, and steps that the whole tool has still to follow
+        self.seen = {}
 
     def volume(self):
         """mm3 left."""

@@ -19,7 +19,8 @@ from chipwise.geometry.base.contour import ArcElement, LineElement
 from support import hole_oracle as trace
 
 SAGITTA = 1e-4          # of chords for arcs
-FINE_SAGITTA = 1e-5     # where two arcs cross at a flat angle, chords move the crossing by ten times their sagitta: such a drawing is judged again
+# where two arcs cross at a flat angle, chords move the crossing by ten times their sagitta: such a drawing is judged again
+FINE_SAGITTA = 1e-5
 GAP = 0.01              # that a chain may have, and length of a spike
 FINEST, FURTHEST = 1e-4, 1e3    # of the distances that are measured
 LEAST_AREA = 1e-9       # mm2: what is smaller is rounding of shapely

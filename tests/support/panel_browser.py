@@ -20,12 +20,14 @@ SIZE = (1024, 768)
 WAIT_S = 200.0
 AHEAD_S = 380.0         # the process that reads the path is a nice one, and the cut of test_panel_browser.py takes 420 s
 # Pixels of the canvas along its middle column, from the top, and along a row at a share of its height.
-COLUMN = """const v = chipwise.view.canvas, c = document.createElement('canvas'); c.width = v.width; c.height = v.height;
+COLUMN = """const v = chipwise.view.canvas, c = document.createElement('canvas');
+    c.width = v.width; c.height = v.height;
     const x = c.getContext('2d'); x.drawImage(v, 0, 0);
     return Array.from(x.getImageData(v.width >> 1, 0, 1, v.height).data)"""
 
 
-BARE = """chipwise.ahead.show({path: false, loops: false}); chipwise.view.path([]); chipwise.view.tool(null); chipwise.view.draw();
+BARE = """chipwise.ahead.show({path: false, loops: false}); chipwise.view.path([]);
+    chipwise.view.tool(null); chipwise.view.draw();
     chipwise.ahead.show({path: true, loops: true});"""
 # How many pixels of the stock's picture have nearly the colours of the second argument, drawn with or without path ahead and contours.
 INKS = """const v = chipwise.view, c = document.createElement('canvas');
@@ -35,7 +37,9 @@ INKS = """const v = chipwise.view, c = document.createElement('canvas');
     const x = c.getContext('2d'); x.drawImage(v.canvas, 0, 0);
     const data = x.getImageData(0, 0, c.width, c.height).data, found = arguments[1].map(() => 0);
     for (let k = 0; k < data.length; k += 4) {
-        arguments[1].forEach((rgb, n) => { if (rgb.every((value, i) => Math.abs(value - data[k + i]) < 25)) found[n]++; });
+        arguments[1].forEach((rgb, n) => {
+            if (rgb.every((value, i) => Math.abs(value - data[k + i]) < 25)) found[n]++;
+        });
     }
     return found"""
 
@@ -134,7 +138,8 @@ def ahead(driver):
 
 def targets(driver):
     """[name, width, height] of what can be pressed, CSS pixels."""
-    return driver.execute_script("""return Array.from(document.querySelectorAll('button, input, select')).filter((e) => e.offsetParent)
+    return driver.execute_script("""return Array.from(document.querySelectorAll('button, input, select'))
+        .filter((e) => e.offsetParent)
         .map((e) => [e.id, e.getBoundingClientRect().width, e.getBoundingClientRect().height])""")
 
 

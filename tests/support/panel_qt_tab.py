@@ -18,7 +18,8 @@ COLOURS = "http://127.0.0.1:8250/colours.css"
 TAB = "Stock"               # LinuxCNC 2.9.4 adds others behind it
 EVERY_MS = 2000
 NEAR = 4                    # of 255
-BOX, STATES = 0.2, 0.01     # shares of the tab at least: of the page's boxes, and of the background that shows the state; a blank window has one colour
+# shares of the tab at least: of the page's boxes, and of the background that shows the state; a blank window has one colour
+BOX, STATES = 0.2, 0.01
 KEPT = []                   # a timer lives as long as somebody has it
 
 

@@ -25,7 +25,8 @@ SURER = 1.45                # times the steepest slope found
 STEPPED = 1.0               # slope: 45 degrees
 LEAST_POINTS = 3
 MOST_POINTS = 1_000_000
-SAME_SHARE = 0.2            # of the spacing: points in one square of that side are one, the higher counts; nearer ones show no slope but their errors
+# of the spacing: points in one square of that side are one, the higher counts; nearer ones show no slope but their errors
+SAME_SHARE = 0.2
 CHUNK = 1 << 14             # places at a time: bounds the memory
 
 

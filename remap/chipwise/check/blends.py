@@ -18,7 +18,8 @@ import numpy as np
 from chipwise.program import records
 
 PERIOD_S = 0.001            # servo period
-SLIGHT = 0.1                # share of the acceleration that a corner may take which is passed as if it were tangent: tp.c, ratio of tangents
+# share of the acceleration that a corner may take which is passed as if it were tangent: tp.c, ratio of tangents
+SLIGHT = 0.1
 ALONG_ARC, CENTRIPETAL = 0.5, 0.75 ** 0.5      # BLEND_ACC_RATIO_TANGENTIAL, BLEND_ACC_RATIO_NORMAL
 PARABOLIC = 0.5             # share of the acceleration of moves that blend parabolically
 BACK = np.cos(np.radians(178.0))    # cosine of a turn back

@@ -53,8 +53,9 @@ def stock_data(result, number, rows):
     def packed(heights):
         return base64.b64encode(np.round((heights - bottom) / (high - bottom) * 65535).astype("<u2").tobytes()).decode()
 
+    drawn = view.svg('stock after, from above', flat_picture(after, cell), view.path(path) + view.marks(found, number))
     figures = (f"<figure>{view.svg('stock before, from above', flat_picture(before, cell))}<figcaption>before</figcaption></figure>"
-               f"<figure>{view.svg('stock after, from above', flat_picture(after, cell), view.path(path) + view.marks(found, number))}"
+               f"<figure>{drawn}"
                f"<figcaption>after, with the path (traverses dashed){' and the lines of findings' if found else ''}</figcaption></figure>")
     return {"js": {"rows": before.shape[0], "columns": before.shape[1], "cell": cell, "high": high - bottom, "before": packed(before), "after": packed(after),
                    "path": base64.b64encode(path.tobytes()).decode(), "marks": [[*(round(v, 3) for v in m[:3]), *m[3:5], f"p{number}f{m[5]}"] for m in found]},

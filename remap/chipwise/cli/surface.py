@@ -16,7 +16,8 @@ import time
 
 from chipwise.options.machine import Progress, ini_of
 from chipwise.cli.output import check_outputs, write_output
-from chipwise.options.surface_job import NAME, add_arguments, check_options, cuts_of, is_job, refuse  # noqa: F401  (build_parser() calls the second)
+from chipwise.options.surface_job import add_arguments  # noqa: F401  build_parser() calls it
+from chipwise.options.surface_job import NAME, check_options, cuts_of, is_job, refuse
 from chipwise.options.surface_program import figures_of, planned, program_text, unit_of
 from chipwise.errors import CycleError, printable
 from chipwise.host.processes import exit_on_sigterm

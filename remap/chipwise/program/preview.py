@@ -5,7 +5,8 @@ Called by glue/stock_codes.py, glue/volumetric.py and glue/clamps.py where there
 program/reader_runner.py.  In LinuxCNC's own preview nobody listens.
 """
 
-listener = None     # an object with the methods stock(), restored(), volume(), clamp_set_up() and target(), and wants_targets, whether it wants the last
+# an object with the methods stock(), restored(), volume(), clamp_set_up() and target(), and wants_targets, whether it wants the last
+listener = None
 
 
 def stock(line, low, high, shape, turn):

@@ -152,7 +152,8 @@ class Reader:
     def __init__(self, program, machine, stock=None, **how):
         self.program, self.machine, self.messages = os.path.abspath(program), machine, []
         self.notes = []                 # [[line, text], ..] about how it was read
-        self.carries_stock = False      # whether a zero that is probed before the first cut carries the stock, so that `stock` counts from there
+        # whether a zero that is probed before the first cut carries the stock, so that `stock` counts from there
+        self.carries_stock = False
         self.trace = None
         self._stock, self._how = stock, Reading(**how)
         self._needs_end = self._how.needs_end or self._how.written

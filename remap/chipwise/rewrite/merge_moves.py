@@ -15,7 +15,8 @@ from chipwise.clib.chain_fit import fitted
 from chipwise.rewrite import shift
 
 HIGHER_MM = 0.01            # than the shifted path: a sixth of the flutes' reserve (trials.py)
-BESIDE_MM = 1e-3            # of a line: the rounding of programs in three digits; less than depth_proof.h allows beside an earlier level, and
+# of a line: the rounding of programs in three digits; less than depth_proof.h allows beside an earlier level
+BESIDE_MM = 1e-3
 BESIDE_ROUND_MM = 4e-4      # the same of tools that are not flat
 LEAST = 4                   # segments of a run
 

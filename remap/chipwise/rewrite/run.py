@@ -26,9 +26,11 @@ from chipwise.rewrite.words import plain_move, words_of
 from chipwise.settings import load_settings
 from chipwise.tool_data.geometry import load_tools
 
-REPEATS = 8                     # of rewriting, with needles where the new program has been too deep, or a traverse too near; RESERVE_MM more if too deep
+# of rewriting, with needles where the new program has been too deep, or a traverse too near; RESERVE_MM more if too deep
+REPEATS = 8
 MOST_FED = 3                    # repeats more, in which the traverses that are still too near become feed moves
-MOST_BYTES = 2_000_000_000      # of a text of our own that is read back: a program that was taken is not refused for what is made of it
+# of a text of our own that is read back: a program that was taken is not refused for what is made of it
+MOST_BYTES = 2_000_000_000
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,9 @@ from chipwise.rewrite.trial_proof import ALLOWED_MM
 LEFT_MM = 0.002             # smaller shifts are ignored
 MOST_ROUNDS = 400           # of trials of one path; each raises some point
 MOST_PROOFS = 20            # of one path
-RESERVE_MM = 0.06           # by which paths are raised higher than is needed once the proof has found one too deep: what check and the next level
-                            # read of a slope is a little more
+# by which paths are raised higher than is needed once the proof has found one too deep: what check and the next level
+# read of a slope is a little more
+RESERVE_MM = 0.06
 GOUGE_MM3 = 1e-3            # what a bridge may take of the part
 
 

@@ -13,7 +13,8 @@ import math
 
 import numpy as np
 
-LEVEL = 1e-9            # of a cosine: B is +-90 degrees, and only A - C or A + C counts; of a sine: the tool's axis is Z, and C does not count
+# of a cosine: B is +-90 degrees, and only A - C or A + C counts; of a sine: the tool's axis is Z, and C does not count
+LEVEL = 1e-9
 TABLES = {"xyzac-trt-kins": "AC", "xyzbc-trt-kins": "BC"}      # module: its rotary axes, the tilting one first
 
 

@@ -21,7 +21,8 @@ from chipwise.turning.profile_function import above, clip, envelope, flat, highe
 from chipwise.turning.path import Path
 from chipwise.turning.state import Step, oriented, roof
 
-FIRST_MM = 0.3          # depth of the first pass at a pitch of 1 mm; it grows with the root of the pitch, as makers of inserts recommend
+# depth of the first pass at a pitch of 1 mm; it grows with the root of the pitch, as makers of inserts recommend
+FIRST_MM = 0.3
 SETTLE_S = 0.01         # after the run-up the axis still corrects: ten servo periods of 1 ms
 SURPLUS = 1.25          # of the length in which the axis gets to its speed
 SPRING_PASSES = 1
