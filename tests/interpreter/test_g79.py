@@ -196,12 +196,12 @@ NARROW = "o5 sub\nG0 X0 Y0\nG1 X30\nY18\nX60\nY22\nX30\nY40\nX0\nY0\no5 endsub\n
 
 def test_messages_of_regions_and_plunges():
     said = re.findall(r'MESSAGE\("(.*)"\)', run_rs274(program("G79 Q5 Z-6 R2 F600", NARROW), TOOLS).output)
-    assert len(said) == 1
+    assert len(said) == 2 and re.match(r"chipwise: G79: the tool cuts its full width over [\d.]+ mm in \d+ places?, the longest over [\d.]+ mm from X[\d.]+ mm Y[\d.]+ mm", said[1])
     assert re.match(r"chipwise: G79: 1 region of the pocket cannot be entered by this tool and stays uncut, the largest "
                     r"\(11\d\.\d mm2\) at X[\d.]+ mm Y[\d.]+ mm \(line 16\)$", said[0])
     said = re.findall(r'MESSAGE\("(.*)"\)', run_rs274(program("G79 Q6 Z-6 R2 F600", "o6 sub\nG0 X0 Y0\nG1 X6.5\nY6.8\nX0\nY0\no6 endsub\n",
                                                               unit="G20"), TOOLS).output)
-    assert len(said) == 1 and said[0].startswith("chipwise: G79: no clearance for a helix or a ramp, so the tool plunges at E in 1 place, the first at X0.13071 in Y0.12158 in")
+    assert said[0].startswith("chipwise: G79: no clearance for a helix or a ramp, so the tool plunges at E in 1 place, the first at X0.13071 in Y0.12158 in")
 
 
 # ---- refused -----------------------------------------------------------------------------------------------------
@@ -269,8 +269,9 @@ def test_golden(name):
 
 @pytest.mark.parametrize("name", ["pocket", "pocket_oneway", "pocket_zigzag", "pocket_concentric"])
 def test_demo_programs(name):
-    """They run, to depth in two levels, without a message."""
+    """They run, to depth in two levels, with no message but that on the full width."""
     trace = run_rs274(Path(ROOT, "nc_files", name + ".ngc").read_text(), {3: 10.0})
-    assert trace.error == "" and "MESSAGE" not in trace.output
+    said = re.findall(r'MESSAGE\("(.*)"\)', trace.output)
+    assert trace.error == "" and len(said) == 1 and said[0].startswith("chipwise: G79: the tool cuts its full width over ")
     levels = {round(e.b[2], 2) for e in trace.elements if e.kind != "rapid" and e.a[2] == e.b[2]}
     assert levels == {-3.45, -7.9}

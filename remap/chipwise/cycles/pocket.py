@@ -36,6 +36,7 @@ from chipwise.geometry.offset.kernel import make_pocket
 from chipwise.geometry.base import chains
 from chipwise.geometry.pocket import entries, links, machinable, nesting, rest_material
 from chipwise.geometry.pocket.strategies import ENGAGE, NAMES, STRATEGIES
+from chipwise.geometry.pocket.full_width import full_width
 from chipwise.geometry.pocket.inaccessible import inaccessible
 from chipwise.geometry.pocket.wall_arcs import NO_AREA_MM2, Walls
 from chipwise.geometry.base.tolerances import CONNECT_MM
@@ -161,11 +162,11 @@ def pocket_plan(request):
         more = _engaged(driver, found)
         missed = tuple(replace(area, x=-area.x) for area in missed) if mirrored else missed
     else:
-        more = ()
         waiting = [(region, region_tracks(region, r)) for region in found]
         while waiting:
             gaps = [math.dist(driver.mover.xy, tracks[0].start) for _, tracks in waiting]
             driver.clear(*waiting.pop(chains.least(gaps)))
+        more = pocket_engage.full_width_note(driver.full)
     driver.mover.up()
     plunges = tuple(driver.plunges)
     notes = gap_notes(contours) + nesting_notes(drawn) + _notes(missed, plunges) + more
@@ -247,10 +248,11 @@ def _open_starts(region, tracks, clearance):
 
 
 class _Driver:
-    """Clears machinable regions level by level; plunges: (x, y) of entries without helix or ramp."""
+    """Clears machinable regions level by level; plunges: (x, y) of entries without helix or ramp; full: places of full width, each of one level."""
 
     def __init__(self, request):
-        self.request, self.mover, self.plunges = request, Mover(request), []
+        self.request, self.mover = request, Mover(request)
+        self.plunges, self.full = [], []
 
     def clear(self, region, tracks):
         """All levels of a machinable region."""
@@ -260,8 +262,9 @@ class _Driver:
         levels = depth_levels(r.clearance, r.bottom + r.floor_allowance, r.depth_step, r.stock_top)
         per_level = sum(len(track.elements) + 4 for track in tracks) + sum(len(piece.elements) for route in routes for piece in route or ())
         check_moves(len(mover.moves) + len(levels) * per_level, r, "use a larger J or D")
+        entered = {}
         for z in levels:
-            for track, is_known, is_free, route in zip(tracks, known, is_open, routes):
+            for k, (track, is_known, is_free, route) in enumerate(zip(tracks, known, is_open, routes)):
                 if route is not None:
                     self._link(route, z)
                 else:
@@ -269,9 +272,10 @@ class _Driver:
                     if is_known:
                         mover.plunge(z)
                     else:
-                        self._enter(region, track, z)
+                        entered[k] = self._enter(region, track, z)
                 mover.follow(track.elements)
             above = z
+        self.full += full_width(region, tracks, entered, r.tool_radius)
 
     def _link(self, route, z):
         """Along the Pieces of a link at a level; rapids are lifted, and the feed after one goes down the rest."""
@@ -294,7 +298,7 @@ class _Driver:
             self.mover.down(free + GAP_MM)
 
     def _enter(self, region, track, z):
-        """Down into solid stock at the start of a Track."""
+        """Down into solid stock at the start of a Track; Elements of what is cut at the level then."""
         r, mover = self.request, self.mover
         angle = math.radians(r.ramp_angle)
         entry = entries.entry(region, track, r.tool_radius, mover.z - z, angle)
@@ -311,3 +315,4 @@ class _Driver:
         else:
             self.plunges.append(mover.xy)
             mover.plunge(z)
+        return entries.cut(entry, track)

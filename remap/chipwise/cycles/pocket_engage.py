@@ -131,12 +131,7 @@ def notes(done, climb, radius):
     gone = 1.0 - sum(level.left for level in done) / len(done)
     if gone > 0.005:
         found += (Note(f"P4 starts from the stock as it stands, {100 * gone:.0f} % of the pocket is cleared already", {}),)
-    full = [row for rows in dict.fromkeys(level.full for level in done) for row in rows]
-    if full:
-        x, y, length, _ = max(full, key=lambda row: row[2])
-        count = len(full)
-        found += (Note(f"the tool cuts its full width over {{mm}} in {count} place{'s' if count > 1 else ''}, the longest over {{most}} from X{{x}} Y{{y}}",
-                       {"mm": sum(row[2] for row in full), "most": length, "x": x if climb else -x, "y": y}),)
+    found += full_width_note([row for rows in dict.fromkeys(level.full for level in done) for row in rows], 1.0 if climb else -1.0)
     if long:
         x, y, length, _ = max(long, key=lambda row: row[2])
         count, most = len(long), max(row[3] for row in long)
@@ -148,6 +143,21 @@ def notes(done, climb, radius):
         found += (Note(f"the engagement is above that of D in {count} corner{'s' if count > 1 else ''}, up to {math.degrees(most):.0f} degrees at "
                        "X{x} Y{y}", {"x": x if climb else -x, "y": y}),)
     return found
+
+
+def _tenths(length):
+    """A length (mm) as it is worth being read."""
+    return max(round(length, 1), 0.1)
+
+
+def full_width_note(full, side=1.0):
+    """Of places (x, y, mm, engagement) with full width; side: -1.0 if X is negative."""
+    if not full:
+        return ()
+    x, y, length, _ = max(full, key=lambda row: row[2])
+    count = len(full)
+    return (Note(f"the tool cuts its full width over {{mm}} in {count} place{'s' if count > 1 else ''}, the longest over {{most}} from X{{x}} Y{{y}}",
+                 {"mm": _tenths(sum(row[2] for row in full)), "most": _tenths(length), "x": side * x, "y": y}),)
 
 
 def clear(driver, region, planned):

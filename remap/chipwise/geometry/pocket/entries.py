@@ -55,6 +55,14 @@ def move_count(how):
     return how.pairs * sum(len(segment) for segment in how.segments) if isinstance(how, Ramp) else 1
 
 
+def cut(how, track):
+    """Elements of what an entry of a Track has cut at its depth."""
+    if isinstance(how, Helix):
+        start, turn = track.start[None], 2.0 * math.pi if how.ccw else -2.0 * math.pi
+        return elements.make_arcs(start, start, np.array([how.centre]), np.array([how.radius]), np.array([turn]))
+    return how.segments[0] if isinstance(how, Ramp) else chains.line(track.start, track.start)
+
+
 def _helix(region, track, radius, depth, angle):
     """The widest circle that touches the Track's start and keeps inside the machinable region."""
     along = elements.tangent_at(track.elements, np.array([0]), np.array([0.0]))[0]
