@@ -159,6 +159,7 @@ SETTINGS = {
     "COLOURS": Setting("", "path", str, lambda v: True, "the path of a TOML file"),
     "TOOL_POSE": Setting((), "deg", _angles, lambda v: True, "three angles A B C, or nothing"),
     "KEEP_CLIMB": Setting(False, "", _switch, lambda v: True, "yes or no"),
+    "TO_AND_FRO": Setting(False, "", _switch, lambda v: True, "yes or no"),
     "GUARD_RAPID": Setting(True, "", _switch, lambda v: True, "yes or no"),
     "PLAN_TIME": Setting(10, "s", _whole, lambda v: 1 <= v <= 600, "a whole number of seconds from 1 to 600"),
     "PLAN_MOVES": Setting(500_000, "", _whole, lambda v: 1000 <= v <= 10_000_000, "a whole number from 1000 to 10000000"),

@@ -103,6 +103,22 @@ def test_approach_angle(base):
     assert all(math.dist(e.a[:2], e.b[:2]) == pytest.approx(2.0 / math.tan(math.pi / 3), abs=1e-4) for e in slanted)
 
 
+def test_to_and_fro():
+    """A wall in two passes: both along the sub, or the second one back; INI default no, the parameter wins; G78 keeps the direction."""
+    sub = "o100 sub\nG0 X0 Y0\nG1 X40\no100 endsub\n"
+
+    def along(line, setting="", **ini):
+        trace = run_preview(program(setting + line, sub), TOOLS, **ini)
+        return [round(e.b[0] - e.a[0]) for e in trace.between("begin", "end") if e.kind == "feed" and e.a[2] == e.b[2] and abs(e.b[0] - e.a[0]) > 30]
+    rough, on = "G77 Q100 P42 L2 D2 Z-3 R2 J5 F600", "#<_chipwise_to_and_fro> = 1\n"
+    assert along(rough) == [40, 40]
+    assert along(rough, on) == along(rough, TO_AND_FRO="yes") == [40, -40]
+    assert along(rough, on.replace("1", "0"), TO_AND_FRO="yes") == [40, 40]
+    assert along("G78 Q100 P42 Z-8 R2 J5 F600", on) == [40, 40]
+    wrong = run_preview(program(on.replace("1", "2") + rough, sub), TOOLS)
+    assert "#<_chipwise_to_and_fro> = 2 is neither 0 nor 1; set it to 1 to rough open contours in both directions" in wrong.error
+
+
 def test_flute_length_is_the_default_depth_step(tmp_path):
     tools = tmp_path / "t.toml"
     tools.write_text("[tool.1]\nflute_length = 4\n")

@@ -57,7 +57,7 @@ def test_an_unknown_name_is_named(run, line):
     code = line.split()[0]
     assert found.error == (
         f"chipwise: {code}: #<_chipwise_chopsize> is not known; known after #<_chipwise_ are allowance, "
-        "approach_angle, chop_size, keep_climb, ramp_angle, seam_overlap, surface_depth, surface_rest, surface_scallop")
+        "approach_angle, chop_size, keep_climb, ramp_angle, seam_overlap, surface_depth, surface_rest, surface_scallop, to_and_fro")
     assert not [e for e in found.elements if e.kind != "rapid"]
 
 

@@ -9,8 +9,10 @@ Order of work, and why:
  1. The path of every radial pass is the offset of the finish shape itself by tool radius + allowance + a multiple of
     the step, never of the pass before: nothing adds up.
  2. One radial pass: each path to full depth before the next one, at one place, so without rapids between its depths.
-    Several: level by level, from the outside in, so that no pass meets more than the step.
- 3. From one radial pass to the next at the same place the tool stays down: its lead-in has cleared the way.
+    Several: chamber by chamber (contour_order.py), in each level by level from the outside in, so that no pass meets more
+    than the step.
+ 3. From one radial pass to the next at the same place the tool stays down: its lead-in has cleared the way.  A closed
+    pass begins there; an open one of G77 to and fro begins at the end where the tool is.
  4. G78 of a closed contour from inside: the slug is chopped first (contour_chop.py).  Chopped or not, where one is left
     the lead-in is a full circle, so that the tool leaves the wall through an open kerf.
  5. Rapids run on the clearance plane or above, or straight up to it; below it every move down or across is a feed.
@@ -24,7 +26,8 @@ from typing import Optional
 from chipwise.cycles.chop_lines import depth_levels
 from chipwise.cycles.contour_chop import ChopPlan, chop_plan, cut_chops
 from chipwise.cycles.contour_notes import chop_notes, lead_in_notes, open_notes, reach_notes
-from chipwise.cycles.lead_in import MAX_APPROACH, ChopKerfs, LeadInClearance, led_path
+from chipwise.cycles.contour_order import chambers
+from chipwise.cycles.lead_in import MAX_APPROACH, Before, ChopKerfs, LeadInClearance, LedPath, led_path
 from chipwise.cycles.mover import Mover
 from chipwise.cycles.plan import CyclePlan, Report
 from chipwise.cycles.word_checks import (
@@ -60,6 +63,7 @@ class ContourRequest:
     plunge_feed     E, same unit
     start           (x, y, z) where the tool stands
     finish          G78: the notes say what the tool does not reach
+    to_and_fro      open paths of G77 are run in either direction
     chop_size       H: no piece that comes loose may reach it; 0: do not chop (G78)
     close_gap       gaps of the shape up to this width are closed
     most_moves      a cycle of more is refused
@@ -82,6 +86,7 @@ class ContourRequest:
     approach: Optional[float] = None
     angle: float = math.radians(30.0)
     finish: bool = False
+    to_and_fro: bool = False
     chop_size: float = 0.0
     close_gap: float = CONNECT_MM
     most_moves: int = MOST_MOVES
@@ -148,10 +153,11 @@ def contour_plan(request: ContourRequest) -> ContourPlan:
     check_moves(count + 4 * len(levels) * len(chop.segments), request, "use a larger J or chop size")
     clearance = LeadInClearance(request, contour, SIDES[request.side])
     kerfs = ChopKerfs(chop.segments, request.tool_radius)
-    paths = [[led_path(clearance, path, kerfs) for path in result.paths] for result in results]
-    moves = _moves(request, clearance, chop, paths, levels)
+    parts = [_led(request, clearance, part, kerfs)
+             for part in chambers([result.paths for result in results], request.step or 0.0, clearance.normals)]
+    moves = _moves(request, clearance, chop, parts, levels)
     notes = gap_notes((contour,)) + open_notes(request, contour) + reach_notes(request, results[-1]) \
-        + lead_in_notes(request, [path for radial in paths for path in radial]) + chop_notes(request, chop)
+        + lead_in_notes(request, [path for part in parts for path in part]) + chop_notes(request, chop)
     return ContourPlan(moves, notes, partial(_report, chop) if request.finish else None, chop)
 
 
@@ -160,17 +166,22 @@ def _report(chop):
     return Report("contour", dict(chopped=chop.chopped, pieces=chop.pieces, largest_piece_mm=chop.largest_piece))
 
 
-def _moves(request, clearance, chop, paths, levels):
-    """All moves: the chop lines, then the paths of every radial pass."""
+def _led(request, clearance, part, kerfs):
+    """LedPaths of the paths of a chamber, each begun beside the end of the one before if there is room."""
+    found, before = [], None
+    for path in part:
+        found.append(led_path(clearance, path, kerfs, before))
+        before = Before(found[-1].leave, partial(_linked, request, clearance, found[-1].leave))
+    return found
+
+
+def _moves(request, clearance, chop, parts, levels):
+    """All moves: the chop lines, then the paths of every chamber."""
     mover = Mover(request)
-    first = paths[-1][0].enter
+    first = parts[0][-1].enter
     cut_chops(mover, chop, first.at(first.out), request.tool_radius, levels)
     driver = _Driver(request, clearance, mover, slug=bool(chop.chops))
-    if len(paths) == 1:
-        order = [(path, z) for path in paths[0] for z in levels]
-    else:
-        order = [(path, z) for z in levels for radial in paths for path in radial]
-    for path, z in order:
+    for path, z in ((path, z) for part in parts for z in levels for path in part):
         driver.run(path, z)
     mover.up()
     return tuple(mover.moves)
@@ -219,8 +230,10 @@ class _Driver:
 
     def run(self, path, z):
         """One path at one depth."""
-        mover, enter, leave = self.mover, path.enter, path.leave
-        ccw = SIDES[self.request.side] == LEFT
+        side = SIDES[self.request.side]
+        if self._backwards(path, z):
+            path, side = LedPath(elements.reverse(path.elements), path.leave, path.enter), -side
+        mover, enter, leave, ccw = self.mover, path.enter, path.leave, side == LEFT
         self._down(enter.at(enter.out), z + enter.height)
         if enter.height:
             mover.line(enter.point, z, mover.descent_feed(self.request.angle))
@@ -234,18 +247,36 @@ class _Driver:
         elif leave.lead:
             mover.arc(leave.at(leave.out), leave.at(leave.lead), ccw)
 
+    def _backwards(self, path, z):
+        """Whether a path is run from its end to its start: open, to and fro, and only its end is beside the tool."""
+        enter, leave = path.enter, path.leave
+        return self.request.to_and_fro and math.dist(enter.point, leave.point) > EQUAL \
+            and not self._straight(enter.at(enter.out), z + enter.height) and self._straight(leave.at(leave.out), z + leave.height)
+
     def _down(self, point, z):
         """To a point, then down: from the pass beside it straight across, else by rapids."""
         mover = self.mover
-        if mover.moves and mover.z >= z - EQUAL and self._beside(point):
+        if self._straight(point, z):
             if math.dist(point, mover.xy) > EQUAL:
                 mover.line(point)
         else:
             mover.over(point, max(z, self.request.clearance))
         mover.plunge(z)
 
-    def _beside(self, point):
-        """Whether a point belongs to the pass where the tool is, or to a radial pass beside it: cleared already."""
-        r, far = self.request, math.dist(point, self.mover.xy)
-        return far <= EQUAL or far <= (r.passes - 1) * (r.step or 0.0) + EQUAL \
-            and self.clearance.for_link(self.mover.xy, point)
+    def _straight(self, point, z):
+        """Whether the tool may go straight across to a point and down to z."""
+        mover = self.mover
+        return bool(mover.moves) and mover.z >= z - EQUAL and _beside(self.request, self.clearance, mover.xy, point)
+
+
+def _beside(request, clearance, at, point):
+    """Whether a point belongs to the pass that a place belongs to, or to a radial pass beside it: cleared already.  A tool radius more: the lead-ins
+    are beside the passes, and need not be opposite to one another."""
+    far = math.dist(point, at)
+    most = (request.passes - 1) * (request.step or 0.0) + request.tool_radius if request.passes > 1 else 0.0
+    return far <= EQUAL or far <= most + EQUAL and clearance.for_link(at, point)
+
+
+def _linked(request, clearance, leave, lead_in):
+    """Whether a lead-in is beside the place where the tool has left a path."""
+    return _beside(request, clearance, leave.at(leave.out), lead_in.at(lead_in.out))

@@ -12,13 +12,15 @@ approaching method of area machining (an angle to the work plane, a height, the 
    lead radius is that of the tool or, in narrow places, a part of it; no mark is left on the finished wall.
  - A closed path is entered where its contour starts or, if there is no clearance, in the middle of the longest element
    that has clearance.  If there is clearance nowhere the tool goes straight down on the path.
+ - One that follows another radial pass is entered beside the end of that one, if the tool cannot go straight to where it
+   would be entered else.
  - The path round a chopped slug begins at the end of a chop line or well away from all of them: begun just behind one, it
    leaves a spur on the piece there until its own end (docs/design/chop.md).
 """
 
 import math
 from dataclasses import dataclass
-from typing import Callable, Iterator, NamedTuple
+from typing import Callable, Iterator, NamedTuple, Optional
 
 import numpy as np
 
@@ -37,6 +39,9 @@ NEAR = 1e-6
 
 # A path's start this near to a chop line lies on it. mm; a line ends up to slug.LINE_SAGITTA beside the path
 ON_LINE = 1e-3
+
+# Elements in whose middle a path that follows another may be entered.
+MOST_BESIDE = 8
 
 # A slanted approach that runs farther to the side comes from a slip of the finger. mm
 MAX_APPROACH = 1000.0
@@ -69,6 +74,13 @@ class LedPath:
     elements: Elements
     enter: LeadIn
     leave: LeadIn
+
+
+class Before(NamedTuple):
+    """The path before: how it is left, and whether the tool can go straight from there to a lead-in."""
+
+    leave: LeadIn
+    linked: Callable[[LeadIn], bool]
 
 
 class Kind(NamedTuple):
@@ -177,13 +189,16 @@ class ChopKerfs:
         return index[good], t[good]
 
 
-def led_path(clearance: LeadInClearance, path, kerfs: ChopKerfs) -> LedPath:
+def led_path(clearance: LeadInClearance, path, kerfs: ChopKerfs, before: Optional[Before] = None) -> LedPath:
     """A path of the kernel with its lead-in and lead-out."""
     e = path.elements
     if len(e) and not elements.lengths(e).any():
         contact = LeadIn(tuple(e.start[0].tolist()), (0.0, 0.0))
         return LedPath(elements.take(e, []), contact, contact)
-    return _closed(clearance, e, kerfs) if path.closed else _open(clearance, e)
+    if not path.closed:
+        return _open(clearance, e)
+    found = _closed(clearance, e, kerfs)
+    return found if before is None or before.linked(found.enter) else _beside(clearance, e, kerfs, before) or found
 
 
 def _ends(clearance, e):
@@ -229,3 +244,19 @@ def _closed(clearance, e, kerfs):
     if len(kerfs.ends):
         return _closed(clearance, e, ChopKerfs((), kerfs.radius))
     return LedPath(e, *map(STRAIGHT_DOWN.lead_in, ends, end_normals))
+
+
+def _beside(clearance, e, kerfs, before):
+    """A closed path entered by the best lead-in to which the tool can go straight from the path before, or None: nearest to
+    its end, else in the middle of one of the nearest elements."""
+    foot, along = chains.snapped(e, *chains.nearest(e, before.leave.point)[1:])
+    middle = elements.point_at(e, np.arange(len(e)), np.full(len(e), 0.5))
+    near = np.argsort(np.hypot(*(middle - before.leave.point).T), kind="stable")[:MOST_BESIDE]
+    index, t = np.concatenate(([foot], near)), np.concatenate(([along], np.full(len(near), 0.5)))
+    points, normals = elements.point_at(e, index, t), clearance.normals(e, index, t)
+    for kind in clearance.kinds():
+        for k in np.flatnonzero(kind.clear(points, normals) & kerfs.clear_of(points, normals, kind)):
+            lead_in = kind.lead_in(points[k], normals[k])
+            if before.linked(lead_in):
+                return LedPath(chains.rotated(e, int(index[k]), float(t[k])), lead_in, lead_in)
+    return None

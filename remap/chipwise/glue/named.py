@@ -18,7 +18,8 @@ from chipwise.errors import CycleError
 
 PREFIX = "_chipwise_"
 KNOWN = ("_chipwise_allowance", "_chipwise_approach_angle", "_chipwise_chop_size", "_chipwise_keep_climb", "_chipwise_ramp_angle",
-         "_chipwise_seam_overlap", "_chipwise_surface_depth", "_chipwise_surface_rest", "_chipwise_surface_scallop")
+         "_chipwise_seam_overlap", "_chipwise_surface_depth", "_chipwise_surface_rest", "_chipwise_surface_scallop",
+         "_chipwise_to_and_fro")
 
 _UNSET = 4              # interp_internal.hh: PA_UNSET
 

@@ -257,6 +257,15 @@ class State:
                              o=length * self.unit_mm, most=most)
         return length * self.unit_mm
 
+    def to_and_fro(self):
+        """Whether open paths of G77 may run in either direction: #<_chipwise_to_and_fro>, else [CHIPWISE]TO_AND_FRO."""
+        value = self.parameter("_chipwise_to_and_fro")
+        if value is None:
+            return self.settings["TO_AND_FRO"]
+        if value not in (0.0, 1.0):
+            raise CycleError(f"#<_chipwise_to_and_fro> = {value:g} is neither 0 nor 1", "set it to 1 to rough open contours in both directions")
+        return value == 1.0
+
     def _angle(self, kind):
         """A named parameter from MIN_ANGLE to 90 degrees, or its INI default."""
         name = f"_chipwise_{kind}_angle"
