@@ -40,7 +40,7 @@ QUIET = ["; (py,import mark)", "S8000 ;py,import mark", "(copy,import mark)", "(
 def make_folder(tmp_path, monkeypatch):
     """A folder on Python's path with a module that writes MARK."""
     (tmp_path / "mark.py").write_text(f"open({str(tmp_path / MARK)!r}, 'w').close()\n")
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)      # behind it what a LinuxCNC that is run in place has there
     return tmp_path
 
 
@@ -102,7 +102,7 @@ def test_what_the_text_hides_is_seen_when_it_runs(folder, machine, monkeypatch):
            "    with Reader(sys.argv[1], Machine(sys.argv[2])) as reader:\n" \
            "        for block in reader: pass\n" \
            "except Unreadable as error: print(error, error.line)\n"
-    env = {**os.environ, "PYTHONPATH": f"{ROOT / 'remap'}{os.pathsep}{folder}"}
+    env = {**os.environ, "PYTHONPATH": f"{ROOT / 'remap'}{os.pathsep}{os.environ['PYTHONPATH']}"}
     for name in ("parentheses", "a file", "semicolon"):
         (folder / "part.ngc").write_text(text_of(RUNS[name], folder))
         done = subprocess.run([sys.executable, "-c", code, str(folder / "part.ngc"), str(machine)], cwd=ROOT, env=env, text=True, capture_output=True,
