@@ -5,7 +5,7 @@ Called by glue/program_run.py, in milltask only, but for is_here(), which glue/s
 
 1. milltask's variable `taskplanopen` is 1 from the opening of a program to its end, abort or error, and 0 otherwise.
    LinuxCNC asks only whether it is 0, so is_new_run() turns the 1 it finds into a 2: a 1 that is found later is another run.
-2. The Python module emctask of milltask (2.9) shows the mode.
+2. The Python module emctask of milltask shows the mode. 2.10 does not have it.
 3. Run from line: the lines before the start line are executed and what they have queued is thrown away, but not while a
    remapped code waits for the machine.  The start line is in no status.  The task's command buffer holds the last command,
    at the first line of a run as a rule the one that has started it; on a busy computer another one may have come since.  Then a run has begun at
@@ -60,11 +60,11 @@ def is_program():
 
 
 def is_restoring():
-    """Whether neither a program nor MDI is under way: LinuxCNC 2.9.4 has an abort followed by a line of its own that gives the
+    """Whether neither a program nor MDI may be under way: LinuxCNC 2.9.4 has an abort followed by a line of its own that gives the
     interpreter back what was in force, F included, and what that line queues may be lost with the rest of the queue.
-    False where the mode or the flag is not known."""
-    flag, mode = _open_flag(), _mode()
-    return flag is not None and flag.value == 0 and mode != "" and not mode.endswith("MDI")
+    False where the flag is not known.  2.10 does not say the mode: there MDI counts as such a line, too, and what it has queued is queued once more."""
+    flag = _open_flag()
+    return flag is not None and flag.value == 0 and not _mode().endswith("MDI")
 
 
 def is_new_run():
