@@ -25,7 +25,7 @@ LEFT = {
     "headless/runner.py": "run_headless", "importing/dxf.py": "__init__", "monitor/messages.py": "guard_text",
     "monitor/set_up.py": "__init__", "monitor/shadow.py": "__init__", "pattern/library.py": "_job", "program/sub_process.py": "run_sub",
     "resume/text.py": "rest", "rewrite/assumed.py": "assumed", "rewrite/calls.py": "written_out", "rewrite/feed.py": "rewrite",
-    "rewrite/path_moves.py": "_arc _straight", "rewrite/run.py": "_rewritten _with_reserve rewritten",
+    "rewrite/run.py": "_rewritten _with_reserve rewritten",
     "rewrite/straight_text.py": "lines_of", "rewrite/trials.py": "__init__", "setup/measure.py": "measure", "surface/raster.py": "_added",
     "surface/scallop.py": "_next across", "turning/sides.py": "_finish _path"}
 

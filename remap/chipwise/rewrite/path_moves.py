@@ -102,24 +102,29 @@ def _pieces(program, part, path, bounds, circles):
     for a, b, circle in zip(bounds[:-1], bounds[1:], circles):
         feed = float(program.feed[part.move[a]])
         if circle >= 0:
-            _arc(program.circles[circle], feed, part, path, a, b, moves, spans)
+            more, own = _arc(program.circles[circle], feed, part, path, a, b)
         else:
-            _straight(feed, part, path, a, b, moves, spans)
+            more, own = _straight(feed, part, path, a, b)
+        moves += more
+        spans += own
     return Table.of(moves), np.array(spans, int).reshape(-1, 2)
 
 
-def _straight(feed, part, path, a, b, moves, spans):
-    """Points a .. b of one straight step, those on a line left out."""
+def _straight(feed, part, path, a, b):
+    """([Move], spans) of the points a .. b of one straight step, those on a line left out."""
+    moves, spans = [], []
     before = int(_travelled(path[:a + 1])[-1])
     for k in kept_points(shift.along(part.points[a:b + 1]), path[a:b + 1, 2]):
         if k > 0:
             moves.append(Move(FEED, tuple(path[a + k].tolist()), feed))
             spans.append((before, a + k))
             before = a + k
+    return moves, spans
 
 
-def _arc(circle, feed, part, path, a, b, moves, spans):
-    """Points a .. b of one arc: arcs where the shift is the same, chords elsewhere."""
+def _arc(circle, feed, part, path, a, b):
+    """([Move], spans) of the points a .. b of one arc: arcs where the shift is the same, chords elsewhere."""
+    moves, spans = [], []
     amount = path[:, 2] - part.points[:, 2]
     k = a
     while k < b:
@@ -136,6 +141,7 @@ def _arc(circle, feed, part, path, a, b, moves, spans):
             moves += arcs
             spans += [(k + i, k + j) for i, j in zip([0, *ends], ends)]
         k = e
+    return moves, spans
 
 
 def arcs_through(circle, points, amount, feed):
