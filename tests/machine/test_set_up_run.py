@@ -50,6 +50,12 @@ def opened(path):
     return [['open', path], ['mdi', 'G0 X0 Y0 Z20'], ['messages', f'{os.path.basename(path)}: {SET_UP}']]
 
 
+def _of_the_slots(log):
+    """Median of the velocities (mm/s) in the slots."""
+    velocity = np.linalg.norm(np.diff(motion_rows(log), axis=0), axis=1) / np.load(log)['period']
+    return np.median(velocity[(velocity > 0.5 * TARGET / 60 / AREA) & (velocity < F_VEL)])
+
+
 def test_it_is_a_limit_and_ends_with_its_program(tmp_path):
     """Two runs with a new part each, E-stop in the first second; then another program, which runs as on a machine that has never seen the first."""
     part, other = with_job(tmp_path / 'part.ngc'), tmp_path / 'other.ngc'
@@ -64,9 +70,7 @@ def test_it_is_a_limit_and_ends_with_its_program(tmp_path):
         ['open', str(other)], *fresh, home, ran, ['pins', *PINS]], edit=LOG_ALONE, speed=1, timeout=300)
     assert answers[3] == FRESH
     for errors, log in (answers[4], answers[8]):
-        velocity = np.linalg.norm(np.diff(motion_rows(log), axis=0), axis=1) / np.load(log)['period']
-        typed = velocity[(velocity > 0.5 * TARGET / 60 / AREA) & (velocity < F_VEL)]
-        assert errors == [] and np.median(typed) == pytest.approx(TARGET / 60 / AREA, rel=0.02)       # of the slots
+        assert errors == [] and _of_the_slots(log) == pytest.approx(TARGET / 60 / AREA, rel=0.02)
     for end, then in ((answers[5], answers[7]), (answers[9], answers[11])):
         assert end[2:4] == ['FALSE', '0'] and 0.9 * TARGET < float(end[5]) <= 1.02 * TARGET and then == FRESH         # the next part
     stopped, on = answers[15], answers[18]

@@ -249,8 +249,10 @@ def run(sample, where, installed, edit=None, picture=None, after=()):
     return drive(sample, ini, where, installed, picture, after=after)
 
 
-AXIS_WAITED = 'waiting for s.joints'       # it gives the task 5.1 s in all (axis.py), and the task reads its Python when motion answers, no sooner
-AWAY, PAUSE_S, DRIVES = 'chipwise-monitor does not answer', 2.0, 3         # of the 5 s that the monitor may be silent; other processes had some of them
+# it gives the task 5.1 s in all (axis.py), and the task reads its Python when motion answers, no sooner
+AXIS_WAITED = 'waiting for s.joints'
+# PAUSE_S: of the 5 s that the monitor may be silent; other processes had some of them
+AWAY, PAUSE_S, DRIVES = 'chipwise-monitor does not answer', 2.0, 3
 
 
 def drive(*arguments, **options):
