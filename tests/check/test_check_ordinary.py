@@ -6,6 +6,8 @@ import pytest
 from support import ordinary_oracle, ordinary_programs
 from support.check_runs import chipwise_check
 
+pytestmark = pytest.mark.xdist_group("check_ordinary")       # the programs are judged once
+
 MOST_RATE = 12.0            # of tool 1 in configs/tools.toml, cm3/min
 
 
