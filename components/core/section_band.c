@@ -72,21 +72,35 @@ static double swept(const struct chip_band *band, double c, double h, int even)
 /* Whether the band faces ahead at an angle with cosine c. */
 static int faces(const struct chip_band *band, double c) { return band->push * c + band->fall > 0.0; }
 
+/* For the limits of the tooth: notes node `column` of `n`, from behind, at an angle with this cosine and sine; `face`: it faces ahead. Nodes in
+ * front of the axis are points for the side force (tooth.h, 10). */
+static __attribute__((noinline)) void note_node(const struct chip_pose *at, struct chip_band *band,
+                                                const double turn[2], double h, int face, const int column[2])
+{
+    if (face) note_column(at->tooth, band, at->level, turn, h);
+    if (turn[0] >= -1e-9)
+        note_point(at->tooth, turn[1], h);
+    else if (face)
+        chip_force_behind(at->tooth, band, at->level, column[0], column[1], h);
+}
+
 /* Adds points to an interval whose ends differ much, so that a wall between
  * them is found; returns the interval's share of the integral (trapezia). */
 static double refine(const struct chip_stock *stock, const struct chip_pose *at, struct chip_band *band,
-                     const double from[2], double h0, double h1, double step)
+                     const double from[2], const double heights[2], double step)
 {
     double part = step / (CHIP_REFINE + 1), turn_c, turn_s;
-    double c = from[0], s = from[1];
-    double last = swept(band, c, h0, 0), sum = 0.0;
+    double c = from[0], s = from[1], h = heights[0];
+    double last = swept(band, c, h, 0), sum = 0.0;
     int i;
     small_turn(part, &turn_c, &turn_s);
     for (i = 0; i <= CHIP_REFINE; i++) {
         double next_c = c * turn_c - s * turn_s, value;
         s = s * turn_c + c * turn_s;
         c = next_c;
-        value = swept(band, c, i < CHIP_REFINE ? overlap(stock, at, band, c, s) : h1, 0);
+        h = i < CHIP_REFINE ? overlap(stock, at, band, c, s) : heights[1];
+        if (at->tooth && i < CHIP_REFINE && c >= -1e-9) note_point(at->tooth, s, h);
+        value = swept(band, c, h, 0);
         sum += 0.5 * (last + value) * part;
         last = value;
     }
@@ -113,6 +127,10 @@ static double band_area(const struct chip_stock *stock, const struct chip_pose *
     band->push = at->level * turn_s / (1.0 + turn_c) / (0.5 * step);
     faced = faces(band, c) || n < n0;
     if (faced) last_h = overlap(stock, at, band, c, s);
+    if (at->tooth) {
+        at->tooth->points = 0;
+        note_node(at, band, (const double[2]){ c, s }, last_h, 0, (const int[2]){ 0, n0 });
+    }
     for (i = 0; i < n; i++) {
         double before[2] = { c, s }, h = 0.0, change;
         int face;
@@ -121,12 +139,12 @@ static double band_area(const struct chip_stock *stock, const struct chip_pose *
         face = faces(band, c);
         if (face || faced) h = overlap(stock, at, band, c, s);
         if (face && h > *highest) *highest = h;
-        if (at->tooth && face) note_column(at->tooth, band, at->level, (const double[2]){ c, s }, h, column + i, n0);
         change = fabs(h - last_h);
         if (change > CHIP_JUMP * chip_max(h, last_h) && (face || faced))
-            sum += refine(stock, at, band, before, last_h, h, step);
+            sum += refine(stock, at, band, before, (const double[2]){ last_h, h }, step);
         else
             sum += 0.5 * step * (swept(band, c, h, change <= alike) + swept(band, before[0], last_h, change <= alike));
+        if (at->tooth) note_node(at, band, (const double[2]){ c, s }, h, face, (const int[2]){ column + i, n0 });
         last_h = h;
         faced = face;
     }

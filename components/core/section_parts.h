@@ -246,22 +246,51 @@ static inline __attribute__((always_inline)) double in_table(const float *table,
     return table[i] + (u - i) * (table[i + 1] - table[i]);
 }
 
+#define CHIP_FORCE_AHEAD (CHIP_FORCE_NODES / 2) /* the angle of the heading */
+
+/* What a height that touches counts for at an angle with cosine c: `unit` times (scale c + off)^(1 - mc); `ahead`: in the heading. */
+struct chip_face {
+    double unit, scale, off, ahead;
+};
+
 /* tooth_force.c, for a tool whose side force is limited: begins a section; adds a strip whose points are in the tooth, the one in the heading `middle`, `scale` its inner
- * radius over the one that cuts, `face` what a height in the heading counts for, `width` the sine over which cells spread a wall; adds f in mm to the angles from
- * `from` to `to`, in steps from behind the tool; adds a point of a rim `side` mm beside the path, of `width` mm and `height` mm, `is_first`:
- * nothing is met nearer to the path; adds column `i` of `n` of a flat end, from ahead, that falls with `length` mm in stock; ends the section. */
+ * radius over the one that cuts, `face` what a height in the heading counts for, `width` the sine over which cells spread a wall; the same of a band of a tool that
+ * falls or rises; column `i` of `n` of such a band, from behind, behind the axis, with `height` mm in stock; adds a point of a rim `side` mm beside the path, of
+ * `width` mm and `height` mm, `is_first`: nothing is met nearer to the path; adds column `i` of `n` of a flat end, from ahead, that falls with `length` mm in
+ * stock; ends the section. */
 void chip_force_begin(struct chip_tooth *tooth);
 void chip_force_strip(struct chip_tooth *tooth, int middle, double scale, double face, double width);
-void chip_force_add(struct chip_tooth *tooth, double from, double to, double f);
+void chip_force_band(struct chip_tooth *tooth, const struct chip_band *band, double level, int middle, double width);
+void chip_force_behind(struct chip_tooth *tooth, const struct chip_band *band, double level, int i, int n,
+                       double height);
 void chip_force_column(struct chip_tooth *tooth, int i, int n, double length, double fall);
 void chip_force_rim(const struct chip_pose *at, const struct chip_strip *strip, double lean, double side, double width,
                     double height, int is_first);
 void chip_force_end(struct chip_tooth *tooth, struct chip_section *section);
 
-/* Notes a column of a band at an angle with this cosine and sine, which is number `i` of `n` round the tool, from behind. */
+/* tooth_brink.c: notes that f changes by what `height` counts for at an angle whose sine is `at`, on the right (0) or on the left (1); the largest
+ * vector sum, squared, with an edge at a brink [10]. */
+void chip_brink_note(struct chip_tooth *tooth, int left, double at, double height, const struct chip_face *face);
+double chip_brink_largest(const struct chip_tooth *tooth);
+
+/* What a face counts for at an angle with this cosine. */
+static inline __attribute__((always_inline)) double face_at(const struct chip_tooth *tooth, double scale, double off,
+                                                            double cosine)
+{
+    return in_table(tooth->root, scale * cosine + off);
+}
+
+/* The number of the first angle from the heading whose sine is q or more. */
+static inline __attribute__((always_inline)) int chip_force_node_from(const struct chip_tooth *tooth, double q)
+{
+    int k = tooth->node[(int)(CHIP_WEIGHTS * chip_clamp(q, 0.0, 1.0))];
+    while (k < CHIP_FORCE_NODES / 4 && tooth->sine[CHIP_FORCE_AHEAD + k] < q) k++;
+    return k;
+}
+
+/* Notes a column of a band at an angle with this cosine and sine. */
 static inline __attribute__((always_inline)) void note_column(struct chip_tooth *tooth, struct chip_band *band,
-                                                              double level, const double turn[2], double height, int i,
-                                                              int n)
+                                                              double level, const double turn[2], double height)
 {
     double c = turn[0], root;
     if (height <= CHIP_MIN_CONTACT) return;
@@ -272,7 +301,6 @@ static inline __attribute__((always_inline)) void note_column(struct chip_tooth 
     if (!(tooth->force_weight > 0.0)) return;
     band->push_ahead += root * c;
     band->push_aside += root * turn[1];
-    chip_force_add(tooth, (i - 0.5) * CHIP_FORCE_NODES / n, (i + 0.5) * CHIP_FORCE_NODES / n, root / band->lean);
 }
 
 /* Notes a point of a strip: sine of its angle, and the height of the stock, mm. */

@@ -14,6 +14,7 @@
 #include "core/sweep_row.c"
 #include "core/sweep.c"
 #include "core/tooth.c"
+#include "core/tooth_brink.c"
 #include "core/tooth_force.c"
 #include "core/section_band.c"
 #include "core/section_strip.c"

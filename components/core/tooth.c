@@ -233,6 +233,9 @@ void chip_tooth_columns(const struct chip_pose *at, const struct chip_band *band
     double steepest = chip_max(at->level * band->ahead * band->lean_edge[0] + band->down * band->flat_edge[0],
                                at->level * band->ahead * band->lean_edge[1] + band->down * band->flat_edge[1]);
     if (band->ahead < -1.0) return;
+    if (at->tooth->force_weight > 0.0)
+        chip_force_band(at->tooth, band, at->level, find_middle(at->tooth),
+                        CHIP_WALL_SPREAD / (at->per_cell * band->radius));
     section->power_area += band->roots / band->lean * step * band->radius;
     at->tooth->push[0] += band->push_ahead / band->lean * step;
     at->tooth->push[1] += band->push_aside / band->lean * step;

@@ -25,8 +25,11 @@
  *  9. Side force: an edge at the angle phi from the heading pushes with kc11 fz^(1 - mc) f(phi), f the integral of (n . d)^(1 - mc) over its
  *     length in the stock, in mm. All edges together are a vector sum. Its largest value over a turn is `side_force`, its mean z / 2 pi times
  *     the integral of f with cosine and sine, `push`. The edges are straight here: a helix spreads the force and makes it less.
- * 10. f is kept every CHIP_FORCE_STEP degrees round the tool. The points of a strip are stairs: heights that rise or fall one after the other within
- *     some cells are one wall, which lies where the area is kept. Its place is known better than the steps, so an edge right there counts, too.
+ * 10. f is kept every CHIP_FORCE_STEP degrees round the tool. The points of a strip, and of a band of a tool that falls or rises in front of its
+ *     axis, are stairs: heights that rise or fall one after the other within some cells are one wall, which lies where the area is kept. Its place
+ *     is known better than the steps, so an edge right there counts, too: what it meets is all that begins nearer to the heading, each band with
+ *     its own n . d. The strongest walls on each side are looked at and, if the tool falls or rises, the one behind which f is largest: there the small walls of many bands
+ *     add up. Heights that are interpolated between the cells would lack a tenth of the force of a ball in rows.
  * 11. The force that pushes an edge off the stock is a fixed share of it (J. Tlusty, P. MacNeil, Annals of the CIRP 24, 1975). It turns every
  *     force by one angle and makes all of them larger by one factor, which is part of the weight.
  */
@@ -38,7 +41,7 @@
 #define CHIP_FORCE_NODES 72     /* angles round the tool at which f is kept [10] */
 #define CHIP_FORCE_RADIAL 1.044 /* the whole force over the part along the edge's path: sqrt(1 + 0.3^2) [11] */
 #define CHIP_FORCE_STEP 5.0     /* degrees between them */
-#define CHIP_FORCE_BRINKS 48    /* walls on one side that are looked at */
+#define CHIP_FORCE_BRINKS 96    /* walls on one side that are looked at */
 #define CHIP_FORCE_EDGES 36     /* more edges of a cutter count as so many */
 #define CHIP_MAX_EXPONENT 0.6   /* largest mc: its weight must stay integrable */
 #define CHIP_MAX_TOOTH_LOAD 1e6 /* 1/mm, the largest one that is given: the feed is then as good as 0 */
@@ -55,9 +58,9 @@ struct chip_tooth_load {
     int limit;   /* chip_tooth_limit: which limit has made it */
 };
 
-/* A step of the stock [10]: sine of the angle, and by how much f over the (1 - mc)th power of the cosine changes there, mm. */
+/* A step of the stock [10]: sine of the angle; f changes there by `unit` (scale c + off)^(1 - mc) mm, c the cosine; `ahead`: that in the heading. */
 struct chip_brink_force {
-    float at, amount;
+    float at, unit, scale, off, ahead;
 };
 
 /* What the limits are set to: weights, 1/mm; mc; number of edges. */
@@ -87,10 +90,11 @@ struct chip_tooth {
     float side[CHIP_ARC_POINTS], height[CHIP_ARC_POINTS]; /* sine of the angle from the heading; mm */
     /* the section that is read now [10]: f at the angles, mm; walls on the right and on the left; the sums with cosine and sine */
     float force[CHIP_FORCE_NODES],
-        more[CHIP_FORCE_NODES]; /* `more`: of it, if there is any, what is not in the stairs; */
+        more[CHIP_FORCE_NODES], /* `more`: of it, if there is any, what is not in the stairs; `end`: what a flat end that falls adds; */
+        end[CHIP_FORCE_NODES];
     float rise[2][CHIP_FORCE_NODES / 4
-                  + 1];     /* f over the power of the cosine rises by that at an angle, on the right and on the left */
-    int has_more, is_round; /* `is_round`: there may be some behind the tool */
+                  + 1]; /* f over the power of the cosine rises by that at an angle, on the right and on the left */
+    int has_more, has_end, is_round; /* `is_round`: there may be some behind the tool */
     struct chip_brink_force brink[2][CHIP_FORCE_BRINKS];
     int brinks[2];
     double push[2];

@@ -3,10 +3,8 @@
 #include "section_parts.h"
 
 #define CHIP_FORCE_FIRST (CHIP_FORCE_NODES / 4)    /* the angle that is beside the path on the right, */
-#define CHIP_FORCE_AHEAD (CHIP_FORCE_NODES / 2)    /* the heading, */
 #define CHIP_FORCE_LAST (3 * CHIP_FORCE_NODES / 4) /* and beside the path on the left */
 #define CHIP_FORCE_FRONT CHIP_FORCE_FIRST          /* angles from the heading to beside the path */
-#define CHIP_MOST_BRINKS 3                         /* walls at which an edge is looked at, on each side */
 #define CHIP_RIM_SHARE 0.55                        /* of a rim's contact is met at once, at its mean radius */
 #define CHIP_RIM_PART 0.35                         /* of a rim, from its inside: its mean angle (tooth.c) */
 
@@ -71,7 +69,7 @@ void chip_force_begin(struct chip_tooth *tooth)
 {
     int i;
     for (i = 0; i <= CHIP_FORCE_FRONT; i++) tooth->rise[0][i] = tooth->rise[1][i] = 0.0f;
-    tooth->is_round = tooth->has_more = tooth->brinks[0] = tooth->brinks[1] = 0;
+    tooth->is_round = tooth->has_more = tooth->has_end = tooth->brinks[0] = tooth->brinks[1] = 0;
     tooth->push[0] = tooth->push[1] = 0.0;
 }
 
@@ -84,59 +82,48 @@ static void add_more(struct chip_tooth *tooth, int k, double f)
     tooth->more[k] += (float)f;
 }
 
-/* The number of the first angle from the heading whose sine is q or more. */
-static int node_from(const struct chip_tooth *tooth, double q)
-{
-    int k = tooth->node[(int)(CHIP_WEIGHTS * chip_clamp(q, 0.0, 1.0))];
-    while (k < CHIP_FORCE_FRONT && tooth->sine[CHIP_FORCE_AHEAD + k] < q) k++;
-    return k;
-}
-
-/* Notes that f, over the power of the cosine, changes by `amount` at an angle whose sine is `at`, on the right (0) or on the left (1). */
-static void note_brink(struct chip_tooth *tooth, int left, double at, double amount)
-{
-    struct chip_brink_force *brink;
-    if (tooth->brinks[left] >= CHIP_FORCE_BRINKS || !(at < 1.0)) return;
-    brink = &tooth->brink[left][tooth->brinks[left]++];
-    brink->at = (float)at;
-    brink->amount = (float)amount;
-}
-
 /* One step of the stock's height, of what the cells make of it over some points. */
 struct step {
     double change, moment; /* mm; the same times the sine */
     double from;           /* sine of where it begins */
 };
 
+/* One side of the points: 1: left; what a height counts for there; what rises at the angles, over the unit of the face. */
+struct stairs {
+    int left;
+    struct chip_face face;
+    float *rise;
+};
+
 /* Ends a step: it is where it has as much area beside it as the points. */
-static void end_step(struct chip_tooth *tooth, int left, double face, struct step *step, double sum[2])
+static void end_step(struct chip_tooth *tooth, const struct stairs *stairs, struct step *step, double sum[2])
 {
     double q;
     if (step->change == 0.0) return;
     q = chip_clamp(step->moment / step->change, 0.0, 1.0);
     sum[0] += step->change * (tooth->ahead[CHIP_WEIGHTS] - in_table(tooth->ahead, q));
-    sum[1] += (left ? step->change : -step->change) * (tooth->aside[CHIP_WEIGHTS] - in_table(tooth->aside, q));
-    tooth->rise[left][node_from(tooth, q)] += (float)(face * step->change);
-    note_brink(tooth, left, q, face * step->change);
+    sum[1] += (stairs->left ? step->change : -step->change) * (tooth->aside[CHIP_WEIGHTS] - in_table(tooth->aside, q));
+    stairs->rise[chip_force_node_from(tooth, q)] += (float)(stairs->face.unit * step->change);
+    chip_brink_note(tooth, stairs->left, q, step->change, &stairs->face);
     step->change = step->moment = 0.0;
 }
 
-/* Adds the points of one side (1: left) of the heading, which is point `middle`: they are stairs, each of whose steps goes on outwards. A
+/* Adds the points of one side of the heading, which is point `middle`: they are stairs, each of whose steps goes on outwards. A
  * step is as wide as `width` at most, which the cells make of a wall. Beside the path the band is as high as where its points end, or it
- * touches nothing there. Returns the sums over `face` with cosine and sine. */
-static void add_side(struct chip_tooth *tooth, int middle, int left, double scale, double face, double width,
+ * touches nothing there. Adds to the sums, over the face, with cosine and sine. */
+static void add_side(struct chip_tooth *tooth, int middle, const struct stairs *stairs, double scale, double width,
                      double sum[2])
 {
     struct step step = { 0.0, 0.0, 0.0 };
     double last = tooth->height[middle], last_q = 0.0;
-    int i, next = left ? 1 : -1;
+    int i, next = stairs->left ? 1 : -1;
     sum[0] += last * tooth->ahead[CHIP_WEIGHTS];
     sum[1] += next * last * tooth->aside[CHIP_WEIGHTS];
-    tooth->rise[left][0] += (float)(face * last);
-    if (last > 0.0) note_brink(tooth, left, 0.0, face * last);
+    stairs->rise[0] += (float)(stairs->face.unit * last);
+    if (last > 0.0) chip_brink_note(tooth, stairs->left, 0.0, last, &stairs->face);
     for (i = middle + next; i >= 0 && i < tooth->points; i += next) {
         double change = tooth->height[i] - last, q = scale * fabs(tooth->side[i]);
-        if (change * step.change <= 0.0 || q - step.from > width) end_step(tooth, left, face, &step, sum);
+        if (change * step.change <= 0.0 || q - step.from > width) end_step(tooth, stairs, &step, sum);
         if (change != 0.0) {
             if (step.change == 0.0) step.from = last_q;
             step.change += change;
@@ -145,44 +132,94 @@ static void add_side(struct chip_tooth *tooth, int middle, int left, double scal
         }
         last_q = q;
     }
-    end_step(tooth, left, face, &step, sum);
+    end_step(tooth, stairs, &step, sum);
 }
 
 void chip_force_strip(struct chip_tooth *tooth, int middle, double scale, double face, double width)
 {
+    struct stairs right = { 0, { face, 1.0, 0.0, face }, tooth->rise[0] },
+                  left = { 1, { face, 1.0, 0.0, face }, tooth->rise[1] };
     double sum[2] = { 0.0, 0.0 };
     if (tooth->points < 2) return;
-    add_side(tooth, middle, 0, scale, face, width, sum);
-    add_side(tooth, middle, 1, scale, face, width, sum);
+    add_side(tooth, middle, &right, scale, width, sum);
+    add_side(tooth, middle, &left, scale, width, sum);
     tooth->push[0] += face * sum[0];
     tooth->push[1] += face * sum[1];
 }
 
-void chip_force_add(struct chip_tooth *tooth, double from, double to, double f)
+/* Adds one side of a band of a tool that falls or rises. */
+static void add_band_side(struct chip_tooth *tooth, int middle, int side, const struct chip_face *face, double width)
+{
+    float rise[CHIP_FORCE_FRONT + 1] = { 0.0f };
+    struct stairs stairs = { side, *face, rise };
+    double unused[2] = { 0.0, 0.0 }, sum = 0.0;
+    int k;
+    add_side(tooth, middle, &stairs, 1.0, width, unused);
+    for (k = 0; k <= CHIP_FORCE_FRONT; k++) {
+        int at = CHIP_FORCE_AHEAD + (side ? k : -k);
+        sum += rise[k];
+        if (sum > 0.0)
+            add_more(tooth, at, (k ? 1.0 : 0.5) * sum * face_at(tooth, face->scale, face->off, tooth->cosine[at]));
+    }
+}
+
+void chip_force_band(struct chip_tooth *tooth, const struct chip_band *band, double level, int middle, double width)
+{
+    struct chip_face face = { 1.0 / band->lean, level * band->lean, band->fall * band->lean, 0.0 };
+    if (tooth->points < 2) return;
+    CHIP_FAULT(BANDS_SPREAD, width = 0.0);
+    face.ahead = face.unit * face_at(tooth, face.scale, face.off, 1.0);
+    tooth->is_round = 1;
+    add_band_side(tooth, middle, 0, &face, width);
+    add_band_side(tooth, middle, 1, &face, width);
+}
+
+/* Adds f in mm to the angles from `from` to `to`, in steps from behind the tool. */
+static void add_span(struct chip_tooth *tooth, float f[CHIP_FORCE_NODES], double from, double to, double amount)
 {
     int k;
     tooth->is_round = 1;
     for (k = (int)ceil(from); k < to; k++)
-        add_more(tooth, k < CHIP_FORCE_NODES ? (k < 0 ? 0 : k) : (k - CHIP_FORCE_NODES) % CHIP_FORCE_NODES, f);
+        f[k < CHIP_FORCE_NODES ? (k < 0 ? 0 : k) : (k - CHIP_FORCE_NODES) % CHIP_FORCE_NODES] += (float)amount;
+}
+
+void chip_force_behind(struct chip_tooth *tooth, const struct chip_band *band, double level, int i, int n,
+                       double height)
+{
+    double from = (i - 0.5) * CHIP_FORCE_NODES / n, to = (i + 0.5) * CHIP_FORCE_NODES / n;
+    int k;
+    if (!(tooth->force_weight > 0.0) || height <= CHIP_MIN_CONTACT) return;
+    tooth->is_round = 1;
+    for (k = (int)ceil(from); k < to; k++) {
+        int at = k < CHIP_FORCE_NODES ? (k < 0 ? 0 : k) : (k - CHIP_FORCE_NODES) % CHIP_FORCE_NODES;
+        if (at >= CHIP_FORCE_FIRST && at <= CHIP_FORCE_LAST) continue;
+        add_more(tooth, at,
+                 height / band->lean * face_at(tooth, level * band->lean, band->fall * band->lean, tooth->cosine[at]));
+    }
 }
 
 void chip_force_column(struct chip_tooth *tooth, int i, int n, double length, double fall)
 {
     double f = length * in_table(tooth->root, fall), step = (double)CHIP_FORCE_NODES / n;
-    chip_force_add(tooth, CHIP_FORCE_AHEAD + (i - 0.5) * step, CHIP_FORCE_AHEAD + (i + 0.5) * step, f);
+    int k;
+    for (k = 0; k < CHIP_FORCE_NODES && !tooth->has_end; k++) tooth->end[k] = 0.0f;
+    tooth->has_end = 1;
+    add_span(tooth, tooth->end, CHIP_FORCE_AHEAD + (i - 0.5) * step, CHIP_FORCE_AHEAD + (i + 0.5) * step, f);
 }
 
 /* Adds a band that touches stock from `beside` mm beside the path outwards, `amount` what its contact counts for in the heading, to the
  * angles. Where it does so at its tip it does everywhere on that side. */
 static void add_rim(struct chip_tooth *tooth, int left, double beside, double outer, double amount)
 {
+    const struct chip_face face = { 1.0, 1.0, 0.0, 1.0 };
     int k;
     for (k = CHIP_FORCE_LAST - 1; k > CHIP_FORCE_AHEAD && tooth->sine[k] * outer > beside; k--) {
         double share = beside > 0.0 ? (outer - beside / tooth->sine[k]) / (outer - beside) : 1.0;
         add_more(tooth, left ? k : 2 * CHIP_FORCE_AHEAD - k, amount * share * tooth->part[k]);
     }
     if (!(beside > 0.0)) add_more(tooth, CHIP_FORCE_AHEAD, 0.5 * amount); /* half from each side */
-    note_brink(tooth, left, beside / (0.5 * (beside + outer)), beside > 0.0 ? CHIP_RIM_SHARE * amount : amount);
+    chip_brink_note(tooth, left, beside / (0.5 * (beside + outer)), beside > 0.0 ? CHIP_RIM_SHARE * amount : amount,
+                    &face);
 }
 
 void chip_force_rim(const struct chip_pose *at, const struct chip_strip *strip, double lean, double side, double width,
@@ -206,63 +243,6 @@ void chip_force_rim(const struct chip_pose *at, const struct chip_strip *strip, 
     add_rim(tooth, left, from, strip->outer, height * root);
 }
 
-/* f at an angle, in steps from behind, mm. */
-static double kept_at(const struct chip_tooth *tooth, double u)
-{
-    int k;
-    if (u >= CHIP_FORCE_NODES) u -= CHIP_FORCE_NODES;
-    k = (int)u;
-    if (k < 0 || k >= CHIP_FORCE_NODES) return 0.0;
-    return tooth->force[k] + (u - k) * (tooth->force[k + 1 < CHIP_FORCE_NODES ? k + 1 : 0] - tooth->force[k]);
-}
-
-/* [10] The vector sum, squared, with one edge at a brink. */
-static double sum_at_brink(const struct chip_tooth *tooth, int left, int number)
-{
-    double q = tooth->brink[left][number].at, c = chip_sqrt(1.0 - q * q), f = 0.0, x, y, angle;
-    int i;
-    for (i = 0; i < tooth->brinks[left]; i++)
-        if (tooth->brink[left][i].at < q || (tooth->brink[left][i].at == q && tooth->brink[left][i].amount > 0.0f))
-            f += tooth->brink[left][i].amount;
-    f *= in_table(tooth->root, c);
-    x = f * c;
-    y = left ? f * q : -f * q;
-    angle = CHIP_FORCE_AHEAD + (left ? 1.0 : -1.0) * asin(q) * 180.0 / (CHIP_PI * CHIP_FORCE_STEP);
-    for (i = 1; i < tooth->edges; i++) {
-        double u = angle + (double)i * CHIP_FORCE_NODES / tooth->edges, g, phi;
-        if (u >= CHIP_FORCE_NODES) u -= CHIP_FORCE_NODES;
-        g = kept_at(tooth, u);
-        if (!(g > 0.0)) continue;
-        phi = (u - CHIP_FORCE_AHEAD) * CHIP_FORCE_STEP * CHIP_PI / 180.0;
-        x += g * cos(phi);
-        y += g * sin(phi);
-    }
-    return x * x + y * y;
-}
-
-/* [10] The largest one with an edge at a brink of one side; the CHIP_MOST_BRINKS strongest are looked at. */
-static double largest_at_brinks(const struct chip_tooth *tooth, int left)
-{
-    double most = 0.0, bound = 1e300;
-    int i, k;
-    for (k = 0; k < CHIP_MOST_BRINKS; k++) {
-        double next = 0.0;
-        int best = -1;
-        for (i = 0; i < tooth->brinks[left]; i++) {
-            const struct chip_brink_force *brink = &tooth->brink[left][i];
-            double f = brink->at > 0.0f ? brink->amount * (1.0 - brink->at) : 0.0;
-            if (f > next && f < bound) {
-                next = f;
-                best = i;
-            }
-        }
-        if (best < 0) break;
-        bound = next;
-        most = chip_max(most, sum_at_brink(tooth, left, best));
-    }
-    return most;
-}
-
 /* [10] Sums the stairs up, from the heading outwards. */
 static void fill_angles(struct chip_tooth *tooth)
 {
@@ -281,13 +261,14 @@ static void fill_angles(struct chip_tooth *tooth)
             if (!k && side) sum = tooth->rise[1][0];
         }
     }
+    for (k = 0; k < CHIP_FORCE_NODES && tooth->has_end; k++) tooth->force[k] += tooth->end[k];
 }
 
 void chip_force_end(struct chip_tooth *tooth, struct chip_section *section)
 {
     double most;
     fill_angles(tooth);
-    most = chip_max(largest_at_brinks(tooth, 0), largest_at_brinks(tooth, 1));
+    most = chip_brink_largest(tooth);
     CHIP_FAULT(NO_BRINKS, most = 0.0);
     section->side_force = chip_sqrt(chip_max(most, largest_sum(tooth)));
     section->mean_force =

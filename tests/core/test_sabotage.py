@@ -49,6 +49,7 @@ FAULTS = {
     "CHIP_OF_SMALL_CUT": ("chip as at the small engagement", "test_feed.py::test_mean_chip"),
     "CHIP_WHERE_TOUCHED": ("the largest chip where stock is touched at all", "test_tooth.py::test_side_cut[0.05-10-0.25]"),
     "NO_BRINKS": ("the side force every 5 degrees alone, not where the stock begins", "test_tooth_force.py::test_side_cut[0.1-10-0.25]"),
+    "BANDS_SPREAD": ("the stock beside a round end on a slope begins as gradually as the cells have it", "test_force_rows.py::test_rows[tool0-0.1-0.1]"),
     "TOOTH_NOT_AHEAD": ("the chip of a sample where it is read, not two cells before", "test_tooth_loop.py::test_the_chip_is_known_before_contact"),
     "OVERRIDE_RAISES_CHIP": ("the override raises the chip", "test_tooth.py::test_the_override_raises_no_chip"),
     "NO_RATE_IS_NONE": ("M251 without Q at the ceiling where no limit is known", "test_tooth.py::test_without_a_rate_and_a_limit_the_feed_is_f[limits0]"),

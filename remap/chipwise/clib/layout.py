@@ -36,7 +36,7 @@ ENGAGE_STUCK = 2
 FEED_LOAD_STEPS = 8
 FEED_OF_JOB = 2
 FEED_REGISTERS = 4
-FORCE_BRINKS = 48
+FORCE_BRINKS = 96
 FORCE_EDGES = 36
 FORCE_NODES = 72
 FORCE_RADIAL = 1.044
@@ -828,7 +828,10 @@ class BrinkForce(C.Structure):
     __slots__ = ()
     _fields_ = [
         ("at", C.c_float),
-        ("amount", C.c_float),
+        ("unit", C.c_float),
+        ("scale", C.c_float),
+        ("off", C.c_float),
+        ("ahead", C.c_float),
     ]
 
 
@@ -871,10 +874,12 @@ class Tooth(C.Structure):
         ("height", C.c_float * 196),
         ("force", C.c_float * 72),
         ("more", C.c_float * 72),
+        ("end", C.c_float * 72),
         ("rise", C.c_float * ((72 // 4) + 1) * 2),
         ("has_more", C.c_int),
+        ("has_end", C.c_int),
         ("is_round", C.c_int),
-        ("brink", BrinkForce * 48 * 2),
+        ("brink", BrinkForce * 96 * 2),
         ("brinks", C.c_int * 2),
         ("push", C.c_double * 2),
     ]
