@@ -37,28 +37,6 @@ struct chip_engage_segment chip_engage_segment_between(struct chip_engage_pose a
     return chip_engage_segment_of(element);
 }
 
-/* Square of the distance of a point. */
-double chip_engage_gap2(const struct chip_engage_segment *p, double x, double y)
-{
-    double ux = x - p->ax, uy = y - p->ay, wx, wy;
-    if (p->radius > 0.0) {
-        double vx = x - p->cx, vy = y - p->cy, out = chip_sqrt(vx * vx + vy * vy);
-        if (vx * p->mx + vy * p->my >= out * p->open) return (out - p->radius) * (out - p->radius);
-        wx = x - p->bx;
-        wy = y - p->by;
-        return chip_min(ux * ux + uy * uy, wx * wx + wy * wy);
-    }
-    wx = p->bx - p->ax;
-    wy = p->by - p->ay;
-    {
-        double length2 = wx * wx + wy * wy,
-               t = length2 > 0.0 ? chip_clamp((ux * wx + uy * wy) / length2, 0.0, 1.0) : 0.0;
-        ux -= t * wx;
-        uy -= t * wy;
-    }
-    return ux * ux + uy * uy;
-}
-
 int chip_engage_grid_make(struct chip_engage_grid *g, const double box[4], double size)
 {
     g->x0 = box[0];
@@ -76,14 +54,6 @@ void chip_engage_grid_free(struct chip_engage_grid *g)
     for (k = 0; g->square && k < g->columns * g->rows; k++) free(g->square[k].segment);
     free(g->square);
     free(g->segment);
-}
-
-/* The square of a point; 0 outside the grid. */
-struct chip_engage_square *chip_engage_square_at(const struct chip_engage_grid *g, double x, double y)
-{
-    double i = (x - g->x0) / g->size, j = (y - g->y0) / g->size;
-    if (!(i >= 0.0 && j >= 0.0 && i < g->columns && j < g->rows)) return 0;
-    return &g->square[(long)j * g->columns + (long)i];
 }
 
 int chip_engage_list(struct chip_engage_square *s, long number)
@@ -191,19 +161,45 @@ int chip_engage_uncut(const struct chip_engage *e, double x, double y, double wi
     return s->count >= 0;
 }
 
-static int uncut_at(const struct chip_engage *e, struct chip_engage_pose p, double angle)
+/* A circle that is asked where it is uncut, and the segment that covered the last place: it mostly covers the next one, too. */
+struct rim {
+    const struct chip_engage *e;
+    double x, y, radius, within2;
+    int32_t covering;
+};
+
+static struct rim rim_of(const struct chip_engage *e, struct chip_engage_pose p)
 {
-    double r = e->radius, within = r * (1.0 - CHIP_ENGAGE_SLACK);
-    return chip_engage_uncut(e, p.x + r * cos(angle), p.y + r * sin(angle), within * within);
+    double within = e->radius * (1.0 - CHIP_ENGAGE_SLACK);
+    return (struct rim){ e, p.x, p.y, e->radius, within * within, -1 };
+}
+
+/* Whether the rim is uncut in the direction of a unit vector. */
+static int uncut_toward(struct rim *rim, double c, double s)
+{
+    double x = rim->x + rim->radius * c, y = rim->y + rim->radius * s;
+    const struct chip_engage_grid *g = &rim->e->ground;
+    const struct chip_engage_square *square = chip_engage_square_at(g, x, y);
+    int32_t k;
+    if (!square) return 1;
+    if (square->count <= 0) return square->count == 0;
+    CHIP_FAULT(COVER_UNASKED, if (rim->covering >= 0) return 0)
+    if (rim->covering >= 0 && chip_engage_gap2(&g->segment[rim->covering], x, y) < rim->within2) return 0;
+    for (k = square->count - 1; k >= 0; k--)
+        if (chip_engage_gap2(&g->segment[square->segment[k]], x, y) < rim->within2) {
+            rim->covering = square->segment[k];
+            return 0;
+        }
+    return 1;
 }
 
 /* The angle between `from` and `to` at which what is uncut begins or ends. */
-static double border(const struct chip_engage *e, struct chip_engage_pose p, double from, double to, int uncut_from)
+static double border(struct rim *rim, double from, double to, int uncut_from)
 {
     int k;
     for (k = 0; k < HALVINGS; k++) {
         double middle = 0.5 * (from + to);
-        if (uncut_at(e, p, middle) == uncut_from)
+        if (uncut_toward(rim, cos(middle), sin(middle)) == uncut_from)
             from = middle;
         else
             to = middle;
@@ -214,19 +210,30 @@ static double border(const struct chip_engage *e, struct chip_engage_pose p, dou
 /* How far from 90 degrees aside a circle still lies within its own slot, less the slack. */
 static double aside(void) { return 1.4 * acos(1.0 - CHIP_ENGAGE_SLACK); }
 
-/* Engagement. */
-double chip_engage_front(const struct chip_engage *e, struct chip_engage_pose p)
+/* Turns a unit vector (c, s) by the angle of another. */
+static void turn(double *c, double *s, double by_c, double by_s)
+{
+    double old = *c;
+    *c = old * by_c - *s * by_s;
+    *s = old * by_s + *s * by_c;
+}
+
+/* Engagement; once it is above `enough`, only that it is. */
+static double front_to(const struct chip_engage *e, struct chip_engage_pose p, double enough)
 {
     double edge = aside(), first = p.heading - 0.5 * CHIP_PI + edge, part = (CHIP_PI - 2.0 * edge) / FRONT;
-    double sum = 0.0, last = first;
-    int before = uncut_at(e, p, first), k;
+    double sum = 0.0, last = first, c = cos(first), s = sin(first), part_c = cos(part), part_s = sin(part);
+    struct rim rim = rim_of(e, p);
+    int before = uncut_toward(&rim, c, s), k;
     if (before) sum += edge;
-    for (k = 1; k <= FRONT; k++) {
+    for (k = 1; k <= FRONT && sum <= enough; k++) {
         double angle = first + part * k;
-        int now = uncut_at(e, p, angle);
+        int now;
+        turn(&c, &s, part_c, part_s);
+        now = uncut_toward(&rim, c, s);
         if (now && before) sum += part;
         if (now != before) {
-            double end = border(e, p, last, angle, before);
+            double end = border(&rim, last, angle, before);
             sum += before ? end - last : angle - end;
         }
         before = now;
@@ -236,18 +243,28 @@ double chip_engage_front(const struct chip_engage *e, struct chip_engage_pose p)
     return before ? sum + edge : sum;
 }
 
+double chip_engage_front(const struct chip_engage *e, struct chip_engage_pose p) { return front_to(e, p, 1e9); }
+
+int chip_engage_above(const struct chip_engage *e, struct chip_engage_pose p, double limit)
+{
+    return front_to(e, p, limit) > limit;
+}
+
 /* Whether anything of the front half circle is uncut, and the direction of the leftmost such place [3]. */
 int chip_engage_leftmost(const struct chip_engage *e, struct chip_engage_pose p, double *toward)
 {
-    double last = p.heading + 0.5 * CHIP_PI;
+    double left = p.heading + 0.5 * CHIP_PI, last = left, c = cos(left), s = sin(left);
+    double part_c = cos(CHIP_PI / FRONT), part_s = -sin(CHIP_PI / FRONT);
+    struct rim rim = rim_of(e, p);
     int k;
     for (k = 0; k <= FRONT; k++) {
-        double angle = p.heading + 0.5 * CHIP_PI - CHIP_PI * k / FRONT;
-        if (uncut_at(e, p, angle)) {
-            *toward = k ? border(e, p, angle, last, 1) : angle;
+        double angle = left - CHIP_PI * k / FRONT;
+        if (uncut_toward(&rim, c, s)) {
+            *toward = k ? border(&rim, angle, last, 1) : angle;
             return 1;
         }
         last = angle;
+        turn(&c, &s, part_c, part_s);
     }
     return 0;
 }

@@ -51,11 +51,9 @@ struct chip_engage_foot {
 
 struct chip_engage_segment chip_engage_segment_of(const double element[CHIP_ENGAGE_COLUMNS]);
 struct chip_engage_segment chip_engage_segment_between(struct chip_engage_pose a, struct chip_engage_pose b);
-double chip_engage_gap2(const struct chip_engage_segment *p, double x, double y);
 
 int chip_engage_grid_make(struct chip_engage_grid *g, const double box[4], double size);
 void chip_engage_grid_free(struct chip_engage_grid *g);
-struct chip_engage_square *chip_engage_square_at(const struct chip_engage_grid *g, double x, double y);
 int chip_engage_list(struct chip_engage_square *s, long number);
 
 void chip_engage_near(const struct chip_engage_grid *g, const struct chip_engage_segment *p, double reach,
@@ -66,7 +64,40 @@ struct chip_engage_foot chip_engage_wall_foot(struct chip_engage *e, double x, d
 void chip_engage_put(struct chip_engage *e, const struct chip_engage_segment *p);
 int chip_engage_uncut(const struct chip_engage *e, double x, double y, double within2);
 double chip_engage_front(const struct chip_engage *e, struct chip_engage_pose p);
+int chip_engage_above(const struct chip_engage *e, struct chip_engage_pose p, double limit); /* of the engagement */
 int chip_engage_leftmost(const struct chip_engage *e, struct chip_engage_pose p, double *toward);
+
+/* The two that are asked most are compiled into their callers. */
+
+/* Square of the distance of a point. */
+static inline double chip_engage_gap2(const struct chip_engage_segment *p, double x, double y)
+{
+    double ux = x - p->ax, uy = y - p->ay, wx, wy;
+    if (p->radius > 0.0) {
+        double vx = x - p->cx, vy = y - p->cy, out = chip_sqrt(vx * vx + vy * vy);
+        if (vx * p->mx + vy * p->my >= out * p->open) return (out - p->radius) * (out - p->radius);
+        wx = x - p->bx;
+        wy = y - p->by;
+        return chip_min(ux * ux + uy * uy, wx * wx + wy * wy);
+    }
+    wx = p->bx - p->ax;
+    wy = p->by - p->ay;
+    {
+        double length2 = wx * wx + wy * wy,
+               t = length2 > 0.0 ? chip_clamp((ux * wx + uy * wy) / length2, 0.0, 1.0) : 0.0;
+        ux -= t * wx;
+        uy -= t * wy;
+    }
+    return ux * ux + uy * uy;
+}
+
+/* The square of a point; 0 outside the grid. */
+static inline struct chip_engage_square *chip_engage_square_at(const struct chip_engage_grid *g, double x, double y)
+{
+    double i = (x - g->x0) / g->size, j = (y - g->y0) / g->size;
+    if (!(i >= 0.0 && j >= 0.0 && i < g->columns && j < g->rows)) return 0;
+    return &g->square[(long)j * g->columns + (long)i];
+}
 
 #define CHIP_ENGAGE_SLACK 0.0005 /* share of the radius that cleared ground is asked smaller by */
 

@@ -72,7 +72,7 @@ static int may_turn(const struct trace *t, struct chip_engage_pose p)
     double rho = t->rule->rho;
     int k;
     for (k = 1; k <= LOOKS; k++)
-        if (chip_engage_front(t->e, ahead(p, 1.0 / rho, LOADED * rho * k / LOOKS)) > t->rule->angle + t->rule->escape)
+        if (chip_engage_above(t->e, ahead(p, 1.0 / rho, LOADED * rho * k / LOOKS), t->rule->angle + t->rule->escape))
             return 0;
     return 1;
 }
@@ -93,7 +93,7 @@ static int inside(const struct trace *t, double bend)
 static int may_step(const struct trace *t, double bend)
 {
     struct chip_engage_pose o = ahead(t->at, bend, t->rule->step);
-    return inside(t, bend) && room_to_turn(t, o, TOUCH_MM) && chip_engage_front(t->e, o) <= t->rule->angle
+    return inside(t, bend) && room_to_turn(t, o, TOUCH_MM) && !chip_engage_above(t->e, o, t->rule->angle)
         && may_turn(t, o);
 }
 
@@ -131,7 +131,7 @@ static int border_step(const struct trace *t, struct chip_engage_pose *o)
     even = remainder(atan2(o->y - t->at.y, o->x - t->at.x) - even, 2.0 * CHIP_PI);
     if (fabs(even) * moved > UNEVEN_MM) return 0;
     if (fabs(remainder(o->heading - t->at.heading, 2.0 * CHIP_PI)) > step / (TIGHTER * t->rule->rho) + 0.02) return 0;
-    return room_to_turn(t, *o, 10.0 * TOUCH_MM) && chip_engage_front(t->e, *o) <= t->rule->angle && may_turn(t, *o);
+    return room_to_turn(t, *o, 10.0 * TOUCH_MM) && !chip_engage_above(t->e, *o, t->rule->angle) && may_turn(t, *o);
 }
 
 /* A step by the equation [3], if it is possible and keeps the angle; its curvature. */
@@ -147,7 +147,7 @@ static int even_step(const struct trace *t, double *bend)
     now = chip_engage_front(t->e, o);
     if (now > rule->angle + OVER || now < rule->angle - UNDER || depth(t, o) < 0.0 || !inside(t, *bend)) return 0;
     if (!room_to_turn(t, o, TOUCH_MM)) return 0;
-    return chip_engage_front(t->e, ahead(o, 1.0 / rule->rho, 0.6 * rule->rho)) <= rule->angle + rule->escape;
+    return !chip_engage_above(t->e, ahead(o, 1.0 / rule->rho, 0.6 * rule->rho), rule->angle + rule->escape);
 }
 
 /* The curvature furthest to the right that keeps to [4]; 0 if none does and the path has to end. */
