@@ -181,8 +181,8 @@ def test_behind_a_corner_at_the_rim(turn):
 @pytest.mark.parametrize("bite", [0.4, 0.9])
 @pytest.mark.parametrize("phase", [0.0, 0.06, 0.12, 0.18])
 def test_a_light_cut_leaves_the_stock(bite, phase):
-    """The load of a light cut falls at the rim at once; cells smear that over its last half millimetre. What the feed law is
-    told stays within 2 % of the truth over 10 periods."""
+    """The load of a light cut falls at the rim at once; cells smear that over its last half millimetre. What the feed law gets
+    stays within 2 % of the truth over 10 periods."""
     radius, depth, end, step = 4.0, 7.5, 20.0 + phase, 0.03
     box, tool = stock((0, 0, -10), (end, 30, 0)), core.Tool(2.0 * radius)
     core.Cutter(box, tool, (-8, 5.0, -depth)).to((30, 5.0, -depth))        # the wall before: Y 9

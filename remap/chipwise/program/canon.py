@@ -157,8 +157,7 @@ def named_function(library: ctypes.CDLL, name: str, mangled: str):
 
 
 def make_tool_table(random: bool = False):
-    """Make ~/.tool.mmap, which gcode expects a task to have made: 2.9 crashes without.  -> the library, None if there is
-    none: another LinuxCNC, another way of keeping tools."""
+    """Make ~/.tool.mmap, which gcode expects a task to have made: 2.9 crashes without.  -> the library, None without one: another LinuxCNC, another way of keeping tools."""
     try:
         library = ctypes.CDLL("libtooldata.so.0")
         named_function(library, "tool_mmap_creator", "_Z17tool_mmap_creatorPK13EMC_TOOL_STATi")(None, int(random))
