@@ -8,6 +8,7 @@ from support import ROOT
 from support.scripts import load_script
 
 FILE_LINES, FUNCTION_LINES = 350, 50
+PYTHON_LINES = 450          # as ruff formats them: what were 350 before
 ENDINGS = (".py", ".c", ".h", ".comp", ".js", ".sh")
 GENERATED = {"remap/chipwise/clib/layout.py"}     # by tools/make_layout.py
 C_HEAD = re.compile(r"(\w+)\([^;]*\)\s*\{\s*$")
@@ -65,7 +66,10 @@ def hand_written():
 
 
 def test_files(hand_written):
-    assert not longer({name: len(text.splitlines()) for name, text in hand_written.items()}, FILE_LINES)
+    for is_python, limit in ((True, PYTHON_LINES), (False, FILE_LINES)):
+        sizes = {name: len(text.splitlines()) for name, text in hand_written.items() if name.endswith(".py") == is_python}
+        assert len(sizes) > 100
+        assert not longer(sizes, limit)
 
 
 def test_functions(hand_written):
