@@ -5,6 +5,7 @@ Called by bench/run.py (prints JSON rows) and by hand with --table (all cuts).  
 the rows to other programs.  The cuts and their truths are those of the tests
 (tests/support/cuts.py, tests/support/stock_cases.py, tests/support/stock_profiles.py).
 """
+
 import json
 import math
 import sys
@@ -12,9 +13,9 @@ import sys
 import roots  # noqa: F401  sys.path
 from support import cuts, stock_cases, stock_profiles
 
-VOLUME_TARGET = {0.1: 0.1, 0.25: 0.3}            # %, by cell size in mm
+VOLUME_TARGET = {0.1: 0.1, 0.25: 0.3}  # %, by cell size in mm
 MEAN_TARGET, SPREAD_TARGET = 1.0, {"side": 4.0}  # %; spread of all others 2 %
-PROFILE_SPREAD = {"deeper": 2.0}                 # of the others, cuts with a side: as side cuts
+PROFILE_SPREAD = {"deeper": 2.0}  # of the others, cuts with a side: as side cuts
 CELL = 0.25
 
 
@@ -24,8 +25,7 @@ def volumes():
         for cell in VOLUME_TARGET:
             yield name, cell, 100.0 * (cuts.core_volume(tool, points, cell) / volume - 1.0)
     for cell in VOLUME_TARGET:
-        yield "helix", cell, 100.0 * (cuts.core_volume((6, 0, 0), cuts.helix(), cell)
-                                      / cuts.helix_volume() - 1.0)
+        yield "helix", cell, 100.0 * (cuts.core_volume((6, 0, 0), cuts.helix(), cell) / cuts.helix_volume() - 1.0)
 
 
 def sections(through):
@@ -46,17 +46,21 @@ def shallow():
 
 
 def profiles():
-    """Every pass above or beside earlier ones: (kind, name, worst mean error in %, worst spread in %) of its directions."""
+    """Every pass above or beside earlier ones: (kind, name, worst mean error in %, worst spread in %) of its
+    directions."""
     for case in stock_profiles.cases():
         found = [stock_profiles.measured(case, angle, CELL) for angle in stock_profiles.DIRECTIONS]
-        yield (case.kind, case.name, 100.0 * max((mean for mean, _ in found), key=abs),
-               100.0 * max(spread for _, spread in found))
+        yield (
+            case.kind,
+            case.name,
+            100.0 * max((mean for mean, _ in found), key=abs),
+            100.0 * max(spread for _, spread in found),
+        )
 
 
 def _row(name, value, target):
     verdict = "meets" if abs(value) <= target else "MISSES"
-    return {"name": name, "value": round(value, 4), "unit": "%", "target": target,
-            "note": f"{verdict} {target:g} %"}
+    return {"name": name, "value": round(value, 4), "unit": "%", "target": target, "note": f"{verdict} {target:g} %"}
 
 
 def rows():
@@ -92,19 +96,25 @@ def print_table():
     """Every single cut."""
     print(f"{'removed volume':36s} {'cell mm':>8s} {'error %':>9s} {'target':>7s}")
     for name, cell, error in volumes():
-        print(f"{name:36s} {cell:8.2f} {error:9.3f} {VOLUME_TARGET[cell]:7.1f}"
-              + ("" if abs(error) <= VOLUME_TARGET[cell] else "  MISSES"))
+        print(
+            f"{name:36s} {cell:8.2f} {error:9.3f} {VOLUME_TARGET[cell]:7.1f}"
+            + ("" if abs(error) <= VOLUME_TARGET[cell] else "  MISSES")
+        )
     for through in ("section", "ahead"):
         print(f"\n{'dV/ds through ' + through:36s} {'mean %':>8s} {'dev. %':>9s} {'targets':>9s}")
         for kind, _, name, mean, spread in sections(through):
             most = SPREAD_TARGET.get(kind, 2.0)
-            print(f"{name:36s} {mean:8.2f} {spread:9.2f}   {MEAN_TARGET:g} / {most:g}"
-                  + ("" if abs(mean) <= MEAN_TARGET and spread <= most else "  MISSES"))
+            print(
+                f"{name:36s} {mean:8.2f} {spread:9.2f}   {MEAN_TARGET:g} / {most:g}"
+                + ("" if abs(mean) <= MEAN_TARGET and spread <= most else "  MISSES")
+            )
     print(f"\n{'above and beside earlier cuts':44s} {'mean %':>8s} {'dev. %':>9s} {'targets':>9s}")
     for kind, name, mean, spread in profiles():
         most = PROFILE_SPREAD.get(kind, SPREAD_TARGET["side"])
-        print(f"{name:44s} {mean:8.2f} {spread:9.2f}   {MEAN_TARGET:g} / {most:g}"
-              + ("" if abs(mean) <= MEAN_TARGET and spread <= most else "  MISSES"))
+        print(
+            f"{name:44s} {mean:8.2f} {spread:9.2f}   {MEAN_TARGET:g} / {most:g}"
+            + ("" if abs(mean) <= MEAN_TARGET and spread <= most else "  MISSES")
+        )
     print()
     for depth, error in shallow():
         print(f"ball D6, {depth:g} mm deep{'':16s} {error:8.2f}")

@@ -1,14 +1,18 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Programs whose rapids are G1, set up with `chipwise setup --air --yes`: time against the same with rapids, and what the tool meets how fast.
+"""Programs whose rapids are G1, set up with `chipwise setup --air --yes`: time against the same with rapids, and what
+the tool meets how fast.
 
 Called by hand: `/usr/bin/python3 bench/bench_air.py --only trochoid --seed 7`.
 
- 1. The programs are those of rapids_as_feeds.py.  Four runs each, on the simulated mill: rapids as G1 with the set-up, and without it; with G0 and
-    a set-up that is the same but for air, and without one.
- 2. tests/support/judge.py says from the servo-rate log, the blank and the tool alone what was removed in every window of 10 ms in which only feeds run.
- 3. A contact is a period in which a feed removes something behind 20 ms in which none does.  It is above the load's feed if the tool is more than 2 %
-    faster there than target / area in 10 ms, than the ceiling times F, or, going down, than F.  The same is counted for every period of cutting.
+ 1. The programs are those of rapids_as_feeds.py.  Four runs each, on the simulated mill: rapids as G1 with the set-up,
+    and without it; with G0 and a set-up that is the same but for air, and without one.
+ 2. tests/support/judge.py says from the servo-rate log, the blank and the tool alone what was removed in every window
+    of 10 ms in which only feeds run.
+ 3. A contact is a period in which a feed removes something behind 20 ms in which none does.  It is above the load's
+    feed if the tool is more than 2 % faster there than target / area in 10 ms, than the ceiling times F, or, going
+    down, than F.  The same is counted for every period of cutting.
 """
+
 import argparse
 import json
 import re
@@ -18,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 import rapids_as_feeds
-import roots                    # noqa: F401  puts tests/ and remap/ on the path
+import roots  # noqa: F401  puts tests/ and remap/ on the path
 from bench_set_up import confirmed, feeds_of
 from chipwise.errors import MM_PER_INCH
 from support import claims, foreign
@@ -26,14 +30,24 @@ from support import judge as judging
 from support.operate import operate
 
 SEED, SPEED, CELL, FALL, APART_S, OVER = "41", 4.0, 0.01, 1e-3, 0.02, 1.02
-HEAD = (f"{'program':15s} {'peak 10 ms %':>12s} {'contacts':>8s} {'too fast':>8s} {'v / ceiling':>11s} {'down / F':>8s} {'G1 at F s':>9s} {'set up s':>8s} "
-        f"{'G0 at F s':>9s} {'set up s':>8s} {'ratio':>6s} {'errors':>6s}")
+HEAD = (
+    f"{'program':15s} {'peak 10 ms %':>12s} {'contacts':>8s} {'too fast':>8s} {'v / ceiling':>11s} {'down / F':>8s} "
+    f"{'G1 at F s':>9s} {'set up s':>8s} "
+    f"{'G0 at F s':>9s} {'set up s':>8s} {'ratio':>6s} {'errors':>6s}"
+)
 
 
 def set_up(path, program, ini, *options):
     """Job of a program, confirmed."""
     blank = program.blank
-    corners = [blank.x - blank.size_x / 2, blank.y - blank.size_y / 2, blank.low, blank.x + blank.size_x / 2, blank.y + blank.size_y / 2, blank.high]
+    corners = [
+        blank.x - blank.size_x / 2,
+        blank.y - blank.size_y / 2,
+        blank.low,
+        blank.x + blank.size_x / 2,
+        blank.y + blank.size_y / 2,
+        blank.high,
+    ]
     return confirmed(path, ini, [f"{value:.4f}" for value in corners], *options)
 
 
@@ -48,7 +62,12 @@ def runs(program, folder):
         for bare in (False, True):
             path = folder / f"{name}{'_bare' * bare}.ngc"
             path.write_text(program.text(name == "G0"))
-            steps += [["open", str(path)], home, *([] if bare else [["messages", f"{path.name}: set up as confirmed"]]), ["log", str(path)]]
+            steps += [
+                ["open", str(path)],
+                home,
+                *([] if bare else [["messages", f"{path.name}: set up as confirmed"]]),
+                ["log", str(path)],
+            ]
             if not bare:
                 job = set_up(path, program, ini, *(["--air"] if name == "G1" else []))
                 kept = job if name == "G1" else kept
@@ -73,7 +92,10 @@ def judged(program, log, job):
     tool = np.array([index for _at, index in changes])[claims.by_line(log, [at for at, _tool in changes]).clip(0)]
     numbers = sorted(program.tools)
     tools = [program.tools[n][0] for n in numbers]
-    target, ceiling = (np.array(values)[tool] for values in ([(job.tools[n].target or 0.0) / 60.0 for n in numbers], [job.tools[n].ceiling for n in numbers]))
+    target, ceiling = (
+        np.array(values)[tool]
+        for values in ([(job.tools[n].target or 0.0) / 60.0 for n in numbers], [job.tools[n].ceiling for n in numbers])
+    )
     run = judging.Run(log, tool)
     swept = judging.sweep(run, program.blank, tools, CELL)
     verdict = judging.judge(run, program.blank, tools, target, swept)
@@ -89,14 +111,30 @@ def judged(program, log, job):
     rows, ratio = judging.windows(run, swept, target, span)
     rate = np.zeros(len(cuts))
     rate[rows] = ratio
-    ahead = np.array([rate[n:n + span + 1].max() for n in np.flatnonzero(cuts)]) if cuts.any() else np.zeros(0)
+    ahead = np.array([rate[n : n + span + 1].max() for n in np.flatnonzero(cuts)]) if cuts.any() else np.zeros(0)
     numbers = np.flatnonzero(cuts)
-    begins = np.diff(numbers, prepend=-10 ** 6) > APART_S / run.period
+    begins = np.diff(numbers, prepend=-(10**6)) > APART_S / run.period
     fast = (over[numbers] > OVER) | (ahead > OVER)
-    return verdict, run, {"contacts": int(begins.sum()), "too_fast": int((fast & begins).sum()), "periods_too_fast": int((over[numbers] > OVER).sum()),
-                          "over": float(over[cuts & ~falls].max(initial=0.0)), "down": float(over[cuts & falls].max(initial=0.0)),
-                          "where": [(int(log["line"][n]), round(float(over[n]), 3), round(float(velocity[n]), 2), *np.round(run.tips[n], 3).tolist())
-                                    for n in sorted(numbers[over[numbers] > OVER], key=lambda n: -over[n])[:6]]}
+    return (
+        verdict,
+        run,
+        {
+            "contacts": int(begins.sum()),
+            "too_fast": int((fast & begins).sum()),
+            "periods_too_fast": int((over[numbers] > OVER).sum()),
+            "over": float(over[cuts & ~falls].max(initial=0.0)),
+            "down": float(over[cuts & falls].max(initial=0.0)),
+            "where": [
+                (
+                    int(log["line"][n]),
+                    round(float(over[n]), 3),
+                    round(float(velocity[n]), 2),
+                    *np.round(run.tips[n], 3).tolist(),
+                )
+                for n in sorted(numbers[over[numbers] > OVER], key=lambda n: -over[n])[:6]
+            ],
+        },
+    )
 
 
 def moves(run):
@@ -111,7 +149,7 @@ def moving(run):
 
 def by_line(run):
     """(n,) s of moving on each line."""
-    return np.bincount(run.line.clip(0, 10 ** 5), run.took * moves(run), 10 ** 5 + 1)
+    return np.bincount(run.line.clip(0, 10**5), run.took * moves(run), 10**5 + 1)
 
 
 def measured(program, folder):
@@ -123,9 +161,15 @@ def measured(program, folder):
     seconds = {name: moving(one) for name, one in times.items()}
     later = by_line(times["air"]) - by_line(times["G0 set up"])
     figures["where"] += [f"line {n}: {later[n]:.3f} s longer than with G0" for n in np.argsort(-later)[:6]]
-    return {"program": program.name + (" in" if program.inch else ""), "peak_10ms": verdict.peak_10ms, **figures, "seconds": seconds,
-            "ratio": seconds["air"] / seconds["G0 set up"], "errors": [error for errors, _log in found.values() for error in errors],
-            "lost": sum(one.lost for one in times.values())}
+    return {
+        "program": program.name + (" in" if program.inch else ""),
+        "peak_10ms": verdict.peak_10ms,
+        **figures,
+        "seconds": seconds,
+        "ratio": seconds["air"] / seconds["G0 set up"],
+        "errors": [error for errors, _log in found.values() for error in errors],
+        "lost": sum(one.lost for one in times.values()),
+    }
 
 
 def main():
@@ -142,9 +186,15 @@ def main():
         with tempfile.TemporaryDirectory() as scratch:
             f = measured(program, Path(scratch))
         s = f["seconds"]
-        print(json.dumps(f) if options.json else
-              f"{f['program']:15s} {100 * f['peak_10ms']:12.1f} {f['contacts']:8d} {f['too_fast']:8d} {f['over']:11.3f} {f['down']:8.3f} {s['G1']:9.2f} {s['air']:8.2f} "
-              f"{s['G0']:9.2f} {s['G0 set up']:8.2f} {f['ratio']:6.3f} {len(f['errors']):6d}" + (f"  {f['lost']} servo periods lost, void" if f["lost"] else ""), flush=True)
+        print(
+            json.dumps(f)
+            if options.json
+            else f"{f['program']:15s} {100 * f['peak_10ms']:12.1f} {f['contacts']:8d} {f['too_fast']:8d} "
+            f"{f['over']:11.3f} {f['down']:8.3f} {s['G1']:9.2f} {s['air']:8.2f} "
+            f"{s['G0']:9.2f} {s['G0 set up']:8.2f} {f['ratio']:6.3f} {len(f['errors']):6d}"
+            + (f"  {f['lost']} servo periods lost, void" if f["lost"] else ""),
+            flush=True,
+        )
         for text in f["errors"] + (f["where"] if options.where else []):
             print(f"    {text}", flush=True)
 

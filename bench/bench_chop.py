@@ -10,6 +10,7 @@ A case that fails is printed with its number; tools/judge chop NUMBER judges it 
 Lines are compared with the same search held to the axes, and with the patent's way: the same n along X and Y, raised
 until the pieces fit.
 """
+
 import argparse
 import json
 import os
@@ -53,13 +54,20 @@ def case(job):
     try:
         done = Chopped(loops, radius, chop_size)
         row["findings"], figures = verdict(done, stages=small)
-        row.update(figures, plan_s=done.plan_s, share=figures["largest"] / chop_size, ever_share=figures["ever"] / chop_size,
-                   chopped=done.plan.chopped, pieces=done.plan.pieces, cleared=done.plan.cleared,
-                   lines=sum(len(chop.segments) for chop in done.plan.chops))
+        row.update(
+            figures,
+            plan_s=done.plan_s,
+            share=figures["largest"] / chop_size,
+            ever_share=figures["ever"] / chop_size,
+            chopped=done.plan.chopped,
+            pieces=done.plan.pieces,
+            cleared=done.plan.cleared,
+            lines=sum(len(chop.segments) for chop in done.plan.chops),
+        )
         if not small and done.plan.chopped:
             paths = done.boundaries, done.islands, radius, chop_size
             row["axes"], row["patent"] = lines_of(*paths, True), lines_of(*paths, False)
-    except Exception as error:                          # any alarm is a finding
+    except Exception as error:  # any alarm is a finding
         row["findings"] = [f"alarm: {error!r}"]
     return row
 
@@ -83,8 +91,13 @@ def report(rows):
 def report_whole(whole):
     """The rows of the contours judged at the end."""
     cut = [row for row in whole if row.get("chopped")]
-    put("contours x tools x H", len(whole), "", f"{len(cut)} of them chopped, {sum(r['pieces'] for r in cut)} pieces, "
-        f"{sum(r['cleared'] for r in cut)} with a slug cleared to chips")
+    put(
+        "contours x tools x H",
+        len(whole),
+        "",
+        f"{len(cut)} of them chopped, {sum(r['pieces'] for r in cut)} pieces, "
+        f"{sum(r['cleared'] for r in cut)} with a slug cleared to chips",
+    )
     put("findings: alarms, pieces of H and more, kerfs outside", sum(len(r["findings"]) for r in whole), "")
     put("largest piece / H, worst", max((r["share"] for r in cut), default=0.0), "")
     put("kerf outside the contour, worst", max((r["outside"] for r in cut), default=0.0), "mm", "0.001 allowed")
@@ -92,13 +105,27 @@ def report_whole(whole):
     if grids:
         lines, axes, patent = (sum(r[key] for r in grids) for key in ("lines", "axes", "patent"))
         put("lines", lines, "", f"{len(grids)} contours without a cleared slug")
-        put("lines / axis-parallel grid", lines / axes, "",
-            f"fewer in {sum(r['lines'] < r['axes'] for r in grids)}, more in {sum(r['lines'] > r['axes'] for r in grids)}")
-        put("lines / same n along X and Y", lines / patent, "",
-            f"fewer in {sum(r['lines'] < r['patent'] for r in grids)}, more in {sum(r['lines'] > r['patent'] for r in grids)}")
+        put(
+            "lines / axis-parallel grid",
+            lines / axes,
+            "",
+            f"fewer in {sum(r['lines'] < r['axes'] for r in grids)}, more in "
+            f"{sum(r['lines'] > r['axes'] for r in grids)}",
+        )
+        put(
+            "lines / same n along X and Y",
+            lines / patent,
+            "",
+            f"fewer in {sum(r['lines'] < r['patent'] for r in grids)}, more in "
+            f"{sum(r['lines'] > r['patent'] for r in grids)}",
+        )
     if cut:
         seconds = np.array([r["plan_s"] for r in cut])
-        for name, value in (("median", np.median(seconds)), ("95 %", np.quantile(seconds, 0.95)), ("worst", seconds.max())):
+        for name, value in (
+            ("median", np.median(seconds)),
+            ("95 %", np.quantile(seconds, 0.95)),
+            ("worst", seconds.max()),
+        ):
             put(f"choosing the lines, {name}", 1000 * value, "ms")
 
 
@@ -116,7 +143,10 @@ def main():
         for row in pool.map(case, jobs):
             rows.append(row)
             if row["findings"]:
-                print(f"case {row['number']}{' small' if row['small'] else ''} {row['kind']}: {row['findings']}", flush=True)
+                print(
+                    f"case {row['number']}{' small' if row['small'] else ''} {row['kind']}: {row['findings']}",
+                    flush=True,
+                )
             elif len(rows) % 50 == 0:
                 print(f"{len(rows)} of {len(jobs)}", file=sys.stderr, flush=True)
     report(rows)

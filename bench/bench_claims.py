@@ -4,16 +4,18 @@
 Called by bench/run.py (prints JSON rows); by hand with --table:
 `/usr/bin/python3 bench/bench_claims.py --table --only estlcam_relief --count 3 --seed 5`.
 
- 1. A program (nc_files/ or tests/support/foreign.py) runs under a condition: path mode, acceleration, servo period, feed
-    override, metric or inch machine.  Every program runs under CONDITIONS[0]; `--count` of the others, drawn by the
-    seed, follow.  Only the INI file, the line with the path mode and the tool table are made for it.
- 2. tests/support/judge.py says what the tool removed; nothing of that comes from the tracker.  Its own error is in the table.
+ 1. A program (nc_files/ or tests/support/foreign.py) runs under a condition: path mode, acceleration, servo period,
+    feed override, metric or inch machine.  Every program runs under CONDITIONS[0]; `--count` of the others, drawn by
+    the seed, follow.  Only the INI file, the line with the path mode and the tool table are made for it.
+ 2. tests/support/judge.py says what the tool removed; nothing of that comes from the tracker.  Its own error is in the
+    table.
  3. cycle / optimum: a second run with a target out of reach gives the velocity the planner allows; the rest as in
     bench_time.py, with the judge's section area.
  4. A run in which servo periods were lost is void and says so.
 
 The target of a run with a feed override: TARGET_SCALE below, as docs/design/hal.md has it.
 """
+
 import argparse
 import json
 import random
@@ -47,14 +49,19 @@ OVERRIDES = (0.5, 0.8, 1.0, 1.0, 1.2)
 def conditions(seed, count):
     """The plain one, and `count` drawn from the matrix."""
     rng = random.Random(f"conditions {seed}")
-    return [Condition()] + [Condition(rng.choice(PATHS), rng.choice(ACCELS), rng.choice(PERIODS), rng.choice(OVERRIDES),
-                                      rng.random() < 0.3) for _ in range(count)]
+    return [Condition()] + [
+        Condition(rng.choice(PATHS), rng.choice(ACCELS), rng.choice(PERIODS), rng.choice(OVERRIDES), rng.random() < 0.3)
+        for _ in range(count)
+    ]
 
 
 def own_tools(text):
-    """{number: (judging.Tool, length)} of the tools a program of nc_files/ changes to; they are flat in the sample table."""
+    """{number: (judging.Tool, length)} of the tools a program of nc_files/ changes to; they are flat in the sample
+    table."""
     diameters = dict(re.findall(r"^T(\d+) .*?\bD([\d.]+)", (ROOT / "configs" / "mill.tbl").read_text(), re.M))
-    return {int(number): (judging.Tool(float(diameters[number])), 0.0) for number in re.findall(r"^T(\d+)\s*M6", text, re.M)}
+    return {
+        int(number): (judging.Tool(float(diameters[number])), 0.0) for number in re.findall(r"^T(\d+)\s*M6", text, re.M)
+    }
 
 
 def own_programs():
@@ -65,17 +72,28 @@ def own_programs():
         if not re.search(r"^M251", text, re.M):
             continue
         _radius, low, high, _target = bench_time.facts(text)
-        found[path.stem] = foreign_post.Program(path.stem, text, judging.Blank.corners(low, high), own_tools(text), "own")
+        found[path.stem] = foreign_post.Program(
+            path.stem, text, judging.Blank.corners(low, high), own_tools(text), "own"
+        )
     return found
 
 
 # --- cycle / optimum ----------------------------------------------------------------------------
 
+
 def timed(run_, toolpath):
     """What bench_time's functions want of a log."""
     speed = np.diff(toolpath, prepend=toolpath[:1]) / run_.took.clip(1e-9)
-    return SimpleNamespace(tips=run_.tips, toolpath=toolpath, motion=run_.motion, line=run_.line, took=run_.took, speed=speed,
-                           period=run_.period, feeding=run_.feeding)
+    return SimpleNamespace(
+        tips=run_.tips,
+        toolpath=toolpath,
+        motion=run_.motion,
+        line=run_.line,
+        took=run_.took,
+        speed=speed,
+        period=run_.period,
+        feeding=run_.feeding,
+    )
 
 
 def optimum(run_, swept, free_run, target, accel):
@@ -92,7 +110,9 @@ def optimum(run_, swept, free_run, target, accel):
         if b - a < 1e-6:
             continue
         toolpath = np.linspace(a, b, max(3, int((b - a) / bench_time.SLACK_MM) + 1))
-        planner = np.interp(np.interp(toolpath, held.toolpath[rows], other_way), free.toolpath[moving], free.speed[moving])
+        planner = np.interp(
+            np.interp(toolpath, held.toolpath[rows], other_way), free.toolpath[moving], free.speed[moving]
+        )
         planner = np.maximum(planner, np.minimum(np.interp(toolpath, held.toolpath, held.speed), 0.5))
         index = np.searchsorted(held.toolpath[first:last], toolpath).clip(0, last - first - 1) + first
         gain = np.array([accel_of.get(place, accel) for place in zip(held.line[index], held.motion[index])])
@@ -121,17 +141,40 @@ def rows_of(f):
     name = f"{f['program']}, {f['condition']}"
     if f["lost"]:
         return [row(f"{name}: servo periods lost, void", f["lost"], "")]
-    made = [row(f"{name}: peak rate, 10 ms", round(100 * f["peak_10ms"], 2), "%", target=PEAK,
-                note=f"line {f['worst'][1]} at X{f['worst'][2]} Y{f['worst'][3]} Z{f['worst'][4]}" if f["worst"] else ""),
-            row(f"{name}: cutting time above 102 %", round(100 * f["over_share"], 3), "%", target=SHARE),
-            row(f"{name}: peak rate, 1 ms", round(100 * f["peak_1ms"], 2), "%"),
-            row(f"{name}: volume, tracker less judge", round(100 * f["volume_off"], 3), "%",
-                f"judge's own error {100 * f['own_error']:.2f} %; {'meets' if abs(f['volume_off']) <= VOLUME else 'MISSES'} 0.3"),
-            row(f"{name}: stops and seconds without stock", f["stops"] + f["fallback_s"], "", target=0,
-                note="; ".join(f["errors"])[:200])]
+    made = [
+        row(
+            f"{name}: peak rate, 10 ms",
+            round(100 * f["peak_10ms"], 2),
+            "%",
+            target=PEAK,
+            note=f"line {f['worst'][1]} at X{f['worst'][2]} Y{f['worst'][3]} Z{f['worst'][4]}" if f["worst"] else "",
+        ),
+        row(f"{name}: cutting time above 102 %", round(100 * f["over_share"], 3), "%", target=SHARE),
+        row(f"{name}: peak rate, 1 ms", round(100 * f["peak_1ms"], 2), "%"),
+        row(
+            f"{name}: volume, tracker less judge",
+            round(100 * f["volume_off"], 3),
+            "%",
+            f"judge's own error {100 * f['own_error']:.2f} %; "
+            f"{'meets' if abs(f['volume_off']) <= VOLUME else 'MISSES'} 0.3",
+        ),
+        row(
+            f"{name}: stops and seconds without stock",
+            f["stops"] + f["fallback_s"],
+            "",
+            target=0,
+            note="; ".join(f["errors"])[:200],
+        ),
+    ]
     if f["cycle_ratio"]:
-        made.append(row(f"{name}: cycle / optimum", round(f["cycle_ratio"], 4), "x",
-                        target=CYCLE["small" if f["program"] in SMALL else "long"]))
+        made.append(
+            row(
+                f"{name}: cycle / optimum",
+                round(f["cycle_ratio"], 4),
+                "x",
+                target=CYCLE["small" if f["program"] in SMALL else "long"],
+            )
+        )
     return made
 
 
@@ -156,7 +199,9 @@ def main():
         print(claims.HEAD, flush=True)
     everything = []
     for name, program in chosen.items():
-        for number, condition in enumerate(conditions(f"{options.seed} {name}", options.count)[int(options.no_plain):]):
+        for number, condition in enumerate(
+            conditions(f"{options.seed} {name}", options.count)[int(options.no_plain) :]
+        ):
             with tempfile.TemporaryDirectory() as scratch:
                 folder = Path(options.keep or scratch) / f"{name}-{number + int(options.no_plain)}"
                 folder.mkdir(parents=True, exist_ok=True)

@@ -19,6 +19,7 @@ Its centre path, as the interpreter hands it to the machine, and ours are judged
 from the kernel (tests/support/contour_oracle.py): the depth of the tool in the finish shape.  rs274 prints four
 decimals of a mm, so a gouge counts from 0.001 mm.
 """
+
 import argparse
 import collections
 import json
@@ -32,8 +33,10 @@ from support.compensation import judge_case
 from chipwise.geometry.offset.kernel import LEFT, RIGHT
 from support.contour_judge import count_from_environment, seed_from_environment
 
-KINDS = {"filleted": "filleted polygons, tool 0.2 .. 2.5 x smallest fillet",
-         "bulged": "line/arc polygons, tool 0.3 .. 10 mm"}
+KINDS = {
+    "filleted": "filleted polygons, tool 0.2 .. 2.5 x smallest fillet",
+    "bulged": "line/arc polygons, tool 0.3 .. 10 mm",
+}
 
 
 def judge_range(job):
@@ -58,10 +61,14 @@ def measure(kind, count, jobs):
     with ProcessPoolExecutor(jobs) as pool:
         found = list(pool.map(judge_range, ranges))
     counts = sum((row[0] for row in found), collections.Counter())
-    return {"contours": count, "first": first, "counts": dict(counts),
-            "worst": {who: max(row[1][who] for row in found) for who in ("ours", "theirs")},
-            "alarms": dict(sum((row[2] for row in found), collections.Counter()).most_common()),
-            "gouged": sorted((g for row in found for g in row[3]), key=lambda g: -g[2])}
+    return {
+        "contours": count,
+        "first": first,
+        "counts": dict(counts),
+        "worst": {who: max(row[1][who] for row in found) for who in ("ours", "theirs")},
+        "alarms": dict(sum((row[2] for row in found), collections.Counter()).most_common()),
+        "gouged": sorted((g for row in found for g in row[3]), key=lambda g: -g[2]),
+    }
 
 
 def rows(kind, made):
@@ -71,17 +78,31 @@ def rows(kind, made):
 
     def row(name, value, unit, note=""):
         return {"name": f"{KINDS[kind]}: {name}", "value": value, "unit": unit, "note": note}
-    yield row("cases with a path", possible, "", f"of {counts['cases']}, {made['contours']} contours from "
-              f"{made['first']} on, both sides")
+
+    yield row(
+        "cases with a path",
+        possible,
+        "",
+        f"of {counts['cases']}, {made['contours']} contours from {made['first']} on, both sides",
+    )
     yield row("chipwise, alarms", counts["our alarms"], "", "target 0")
     yield row("chipwise, gouges", counts["our gouges"], "", f"target 0; deepest {made['worst']['ours']:.2g} mm")
-    yield row("chipwise, wrong verdicts", counts["our wrong verdicts"], "",
-              "gouge, lost path or false region; target 0")
-    yield row("LinuxCNC, alarms", round(share * counts["alarms"], 2), "%", f"{counts['alarms']} cases; "
-              f"{counts['alarms, one path']} of the {counts['one path']} with a single path")
-    yield row("LinuxCNC, silent gouges", round(share * counts["gouges"], 2), "%",
-              f"{counts['gouges']} cases, deepest {made['worst']['theirs']:.3f} mm; {counts['gouges, one path']} of "
-              f"the {counts['one path']} with a single path")
+    yield row(
+        "chipwise, wrong verdicts", counts["our wrong verdicts"], "", "gouge, lost path or false region; target 0"
+    )
+    yield row(
+        "LinuxCNC, alarms",
+        round(share * counts["alarms"], 2),
+        "%",
+        f"{counts['alarms']} cases; {counts['alarms, one path']} of the {counts['one path']} with a single path",
+    )
+    yield row(
+        "LinuxCNC, silent gouges",
+        round(share * counts["gouges"], 2),
+        "%",
+        f"{counts['gouges']} cases, deepest {made['worst']['theirs']:.3f} mm; {counts['gouges, one path']} of "
+        f"the {counts['one path']} with a single path",
+    )
     yield row("LinuxCNC, neither", round(share * counts["right"], 2), "%", f"{counts['right']} cases")
     for text, number in made["alarms"].items():
         yield row("LinuxCNC says", number, "x", text)
@@ -97,8 +118,11 @@ def main():
     made = {kind: measure(kind, given.count, given.jobs) for kind in KINDS}
     for kind, figures in made.items():
         for row in rows(kind, figures):
-            print(f"{row['name']:86} {row['value']:>10g} {row['unit']:2} {row['note']}" if given.table
-                  else json.dumps(row))
+            print(
+                f"{row['name']:86} {row['value']:>10g} {row['unit']:2} {row['note']}"
+                if given.table
+                else json.dumps(row)
+            )
     if given.output:
         Path(given.output).write_text(json.dumps(made, indent=1))
 

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What the tuned constants of the load and of the feed are worth: the core is built with each of them smaller and larger, and commands the
-feed of random cuts (tests/support/closed_loop.c).
+"""What the tuned constants of the load and of the feed are worth: the core is built with each of them smaller and
+larger, and commands the feed of random cuts (tests/support/closed_loop.c).
 
 Called by hand: bench_constants.py [--count N] [--seed S] [--only NAME ...] prints a Markdown table, the rows of
 docs/design/constants.md.  A scene takes about three seconds of computing, so the whole table takes an hour.
 """
+
 import argparse
 import concurrent.futures
 import re
@@ -96,19 +97,29 @@ def summary(scenes, base):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--count", type=int, default=10, metavar="N", help="scenes for each value (default %(default)s)")
+    parser.add_argument(
+        "--count", type=int, default=10, metavar="N", help="scenes for each value (default %(default)s)"
+    )
     parser.add_argument("--seed", type=int, default=101, metavar="S", help="of the first scene (default %(default)s)")
-    parser.add_argument("--only", nargs="+", choices=TUNED, metavar="NAME", default=list(TUNED), help="these constants only")
+    parser.add_argument(
+        "--only", nargs="+", choices=TUNED, metavar="NAME", default=list(TUNED), help="these constants only"
+    )
     chosen = parser.parse_args()
     with concurrent.futures.ThreadPoolExecutor(JOBS) as pool:
         base = judged({}, chosen.seed, chosen.count)
         print(f"As it is: {summary(base, base)}", flush=True)
         print("\n| constant | value | smaller: peak, % | larger: peak, % |\n|---|---|---|---|", flush=True)
-        results = {name: [pool.submit(judged, {name: value}, chosen.seed, chosen.count) for value in TUNED[name]] for name in chosen.only}
+        results = {
+            name: [pool.submit(judged, {name: value}, chosen.seed, chosen.count) for value in TUNED[name]]
+            for name in chosen.only
+        }
         for name, (smaller, larger) in results.items():
             low, high = TUNED[name]
             value, file = found(name)
-            cells = ["no difference" if scenes == base else summary(scenes, base) for scenes in (smaller.result(), larger.result())]
+            cells = [
+                "no difference" if scenes == base else summary(scenes, base)
+                for scenes in (smaller.result(), larger.result())
+            ]
             print(f"| `{name}` ({file}) | {value} | {low:g}: {cells[0]} | {high:g}: {cells[1]} |", flush=True)
     return 0
 

@@ -11,6 +11,7 @@ of those, since work is the same each time and what an ordinary kernel does in b
 first time alone is given beside it.  Instructions are counted by callgrind: the mean of a thousand
 periods round the one of a path that costs most, and that one alone.
 """
+
 import argparse
 import json
 import math
@@ -27,26 +28,26 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "build" / "bench" / "lib" / "cost"
-PERIOD = 0.001              # s
+PERIOD = 0.001  # s
 REPLAYS = 5
-GRAIN = 0.02                # mm, of the paths before they are sampled
+GRAIN = 0.02  # mm, of the paths before they are sampled
 NEW_STOCK = np.full((1, 3), np.nan)
 
 
 @dataclass
 class Case:
     name: str
-    tool: tuple             # diameter, corner, tip angle: mm, mm, degrees
-    cell: float             # mm
-    speed: float            # mm/s
-    accel: float            # mm/s2
-    depth: float            # mm
+    tool: tuple  # diameter, corner, tip angle: mm, mm, degrees
+    cell: float  # mm
+    speed: float  # mm/s
+    accel: float  # mm/s2
+    depth: float  # mm
     periods: int
     size: tuple = (300.0, 200.0)
-    mean_us: float = None   # targets
+    mean_us: float = None  # targets
     worst_us: float = None
-    counted: bool = True    # instructions too
-    clamps: int = 0         # round the path
+    counted: bool = True  # instructions too
+    clamps: int = 0  # round the path
 
 
 MILLION = Case("D25 flat, 0.1 mm cells, 500 mm/s", (25, 0, 0), 0.1, 500, 5000, 5, 1_000_000, worst_us=50)
@@ -62,7 +63,9 @@ CASES = [
     Case("D10 flat, 12 clamps, 0.25 mm cells, 100 mm/s", (10, 0, 0), 0.25, 100, 500, 5, 60000, clamps=12),
     Case("D10 flat, 100 clamps, 0.25 mm cells, 100 mm/s", (10, 0, 0), 0.25, 100, 500, 5, 60000, clamps=100),
 ]
-BESIDE = 13.0               # mm, radius of a holder of 30 mm less that of the tool, the clearance and 2 mm more, from the tool's edge
+BESIDE = (
+    13.0  # mm, radius of a holder of 30 mm less that of the tool, the clearance and 2 mm more, from the tool's edge
+)
 
 
 def line(a, b):
@@ -79,18 +82,26 @@ def arc(centre, radius, start, sweep, z0, z1):
 def plan(case, scale):
     """Pieces of one lap round the origin, in a square of `scale` mm; the tool stops between them."""
     z, s, d = -case.depth, 0.5 * scale, case.tool[0]
-    pieces = [line((-s, -s, 2), (-s, -s, z)), line((-s, -s, z), (s, -s, z)), line((s, -s, z), (s, s, z)),
-              line((s, s, z), (-s, s, z)), line((-s, s, z), (-s, 0, z))]            # corners, full slots
-    for i in range(4):                                                              # side cuts
+    pieces = [
+        line((-s, -s, 2), (-s, -s, z)),
+        line((-s, -s, z), (s, -s, z)),
+        line((s, -s, z), (s, s, z)),
+        line((s, s, z), (-s, s, z)),
+        line((-s, s, z), (-s, 0, z)),
+    ]  # corners, full slots
+    for i in range(4):  # side cuts
         y = -s + (0.1, 0.5, 0.75, 0.25)[i] * d * (i + 1)
         pieces += [line((-s, y, z), (s, y, z)), line((s, y, z), (-s, y, z))]
-    pieces += [arc((0, 0), 0.7 * s, 0.0, 4.5 * math.pi, 0.0, z),                    # a helix down
-               arc((0.2 * s, 0), 0.5 * s, 0.0, 2 * math.pi, z, z),
-               line((0.7 * s, 0, z), (0.7 * s, 0, 2)), line((0.7 * s, 0, 2), (-0.3 * s, 0.1 * s, 2)),
-               line((-0.3 * s, 0.1 * s, 2), (-0.3 * s, 0.1 * s, 1.5 * z)),          # a plunge
-               line((-0.3 * s, 0.1 * s, 1.5 * z), (s, 0.9 * s, 2)),                 # a ramp out, and air
-               line((s, 0.9 * s, 2), (-s, -0.8 * s, 2))]
-    chain = arc((0, 0), 0.9 * s, 0.5, 3.0, z, z)[::max(1, int(0.1 / GRAIN))]        # 0.1 mm chords
+    pieces += [
+        arc((0, 0), 0.7 * s, 0.0, 4.5 * math.pi, 0.0, z),  # a helix down
+        arc((0.2 * s, 0), 0.5 * s, 0.0, 2 * math.pi, z, z),
+        line((0.7 * s, 0, z), (0.7 * s, 0, 2)),
+        line((0.7 * s, 0, 2), (-0.3 * s, 0.1 * s, 2)),
+        line((-0.3 * s, 0.1 * s, 2), (-0.3 * s, 0.1 * s, 1.5 * z)),  # a plunge
+        line((-0.3 * s, 0.1 * s, 1.5 * z), (s, 0.9 * s, 2)),  # a ramp out, and air
+        line((s, 0.9 * s, 2), (-s, -0.8 * s, 2)),
+    ]
+    chain = arc((0, 0), 0.9 * s, 0.5, 3.0, z, z)[:: max(1, int(0.1 / GRAIN))]  # 0.1 mm chords
     pieces.append(np.concatenate([line(a, b)[1:] for a, b in zip(chain, chain[1:])]))
     return pieces
 
@@ -106,9 +117,9 @@ def timed(piece, speed, accel):
     ramp = top / accel
     time = 2.0 * ramp + (total - top * ramp) / top
     t = np.arange(PERIOD, time + PERIOD, PERIOD)
-    s = np.where(t < ramp, 0.5 * accel * t ** 2, 0.5 * top * ramp + top * (t - ramp))
+    s = np.where(t < ramp, 0.5 * accel * t**2, 0.5 * top * ramp + top * (t - ramp))
     left = np.maximum(time - t, 0.0)
-    s = np.where(left < ramp, total - 0.5 * accel * left ** 2, s)
+    s = np.where(left < ramp, total - 0.5 * accel * left**2, s)
     return np.column_stack([np.interp(s, path, piece[:, i]) for i in range(3)])
 
 
@@ -120,8 +131,13 @@ def path_of(case):
     flat = np.concatenate([timed(piece, case.speed, case.accel) for piece in pieces])
     while count < case.periods:
         c, s = math.cos(turn), math.sin(turn)
-        lap = np.column_stack([c * flat[:, 0] - s * flat[:, 1] + 0.013 * len(laps),
-                               s * flat[:, 0] + c * flat[:, 1] - 0.007 * len(laps), flat[:, 2]])
+        lap = np.column_stack(
+            [
+                c * flat[:, 0] - s * flat[:, 1] + 0.013 * len(laps),
+                s * flat[:, 0] + c * flat[:, 1] - 0.007 * len(laps),
+                flat[:, 2],
+            ]
+        )
         laps += [NEW_STOCK, lap]
         count += len(lap)
         turn += 0.37
@@ -135,9 +151,13 @@ def run(case, path, replays=REPLAYS, first=-1, last=-2, wrapper=()):
         source, result = Path(folder) / "path", Path(folder) / "times"
         np.ascontiguousarray(path, float).tofile(source)
         numbers = [*case.tool, case.cell, -x, -y, -20, x, y, 0, case.accel, replays, first, last]
-        done = subprocess.run([*wrapper, str(PROGRAM), str(source), str(result), *map(repr, map(float, numbers))],
-                              text=True, capture_output=True, check=True,
-                              env={**os.environ, "COST_FIFO": "1", **environment(case)})
+        done = subprocess.run(
+            [*wrapper, str(PROGRAM), str(source), str(result), *map(repr, map(float, numbers))],
+            text=True,
+            capture_output=True,
+            check=True,
+            env={**os.environ, "COST_FIFO": "1", **environment(case)},
+        )
         size, cells = done.stdout.split()[:2]
         times = np.fromfile(result, np.uint32).reshape(-1, 3)
     return times, float(size), int(cells), done.stderr
@@ -147,7 +167,11 @@ def environment(case):
     """Of the program: the clamps of a case."""
     if not case.clamps:
         return {}
-    return {"COST_CLAMPS": str(case.clamps), "COST_REACH": repr(0.5 * (0.62 * min(case.size) - case.tool[0]) + case.tool[0] / 2), "COST_BESIDE": repr(BESIDE)}
+    return {
+        "COST_CLAMPS": str(case.clamps),
+        "COST_REACH": repr(0.5 * (0.62 * min(case.size) - case.tool[0]) + case.tool[0] / 2),
+        "COST_BESIDE": repr(BESIDE),
+    }
 
 
 def instructions(case, path, first, last):
@@ -173,19 +197,27 @@ def measure(case):
     # a thousand periods round the worst period: the whole lap would take callgrind too long
     low = max(0, worst - begin - 500)
     high = min(len(part) - 1, low + 1000)
-    around = instructions(case, part[:high + 1], low, high) if case.counted else None
-    single = instructions(case, part[:high + 1], worst - begin, worst - begin) if case.counted else None
-    return {"case": case, "periods": int(moving.sum()), "mean": float(fastest.mean()),
-            "p9999": float(np.quantile(fastest, 0.9999)), "worst": float(fastest.max()),
-            "first_p9999": float(np.quantile(first, 0.9999)), "first_worst": float(first.max()),
-            "instructions": around / (high - low + 1) if around else None, "worst_instructions": single,
-            "place": path[worst].tolist(), "bytes_a_cell": size / (case.size[0] * case.size[1] / case.cell ** 2),
-            "head": size - 8.0 * cells}
+    around = instructions(case, part[: high + 1], low, high) if case.counted else None
+    single = instructions(case, part[: high + 1], worst - begin, worst - begin) if case.counted else None
+    return {
+        "case": case,
+        "periods": int(moving.sum()),
+        "mean": float(fastest.mean()),
+        "p9999": float(np.quantile(fastest, 0.9999)),
+        "worst": float(fastest.max()),
+        "first_p9999": float(np.quantile(first, 0.9999)),
+        "first_worst": float(first.max()),
+        "instructions": around / (high - low + 1) if around else None,
+        "worst_instructions": single,
+        "place": path[worst].tolist(),
+        "bytes_a_cell": size / (case.size[0] * case.size[1] / case.cell**2),
+        "head": size - 8.0 * cells,
+    }
 
 
 def counted(case, periods):
     """Mean of the instructions of a case's first `periods` periods: the same in every run; None without valgrind."""
-    path = path_of(replace(case, periods=1))[0][1:periods + 1]
+    path = path_of(replace(case, periods=1))[0][1 : periods + 1]
     found = instructions(case, path, 0, periods - 1)
     return found / periods if found else None
 
@@ -200,8 +232,7 @@ def growth():
             path = np.concatenate([part for _ in range(10) for part in (NEW_STOCK, pass_)])
             times, *_ = run(case, path)
             steady = np.tile(np.concatenate([[False], (np.abs(pass_[:, 0]) < 15)]), 10)
-            out.append((size, speed, float(times[steady, 1].mean() / 1000.0),
-                        float(times[steady, 2].mean() / 1000.0)))
+            out.append((size, speed, float(times[steady, 1].mean() / 1000.0), float(times[steady, 2].mean() / 1000.0)))
     return out
 
 
@@ -215,32 +246,56 @@ def rows_of(found):
     case = found["case"]
     yield row(f"{case.name}: mean", found["mean"], "us", case.mean_us, f"{found['periods']} periods")
     yield row(f"{case.name}: p99.99", found["p9999"], "us", None, f"{found['first_p9999']:.1f} at the first time")
-    yield row(f"{case.name}: worst", found["worst"], "us", case.worst_us,
-              f"{found['first_worst']:.1f} at the first time")
+    yield row(
+        f"{case.name}: worst", found["worst"], "us", case.worst_us, f"{found['first_worst']:.1f} at the first time"
+    )
     if found["instructions"]:
-        yield row(f"{case.name}: instructions", found["instructions"], "", None,
-                  f"mean of 1000 periods; {found['worst_instructions']} in the worst")
+        yield row(
+            f"{case.name}: instructions",
+            found["instructions"],
+            "",
+            None,
+            f"mean of 1000 periods; {found['worst_instructions']} in the worst",
+        )
 
 
 def growth_rows(points):
     for size, speed, us, volume in points:
-        yield row(f"growth, slot D10: map {size[0]:g} x {size[1]:g} mm, {speed:g} mm/s", us, "us", None,
-                  f"{volume:.2f} mm3, {volume / 5.0 / 0.0625:.0f} cells newly swept a period")
+        yield row(
+            f"growth, slot D10: map {size[0]:g} x {size[1]:g} mm, {speed:g} mm/s",
+            us,
+            "us",
+            None,
+            f"{volume:.2f} mm3, {volume / 5.0 / 0.0625:.0f} cells newly swept a period",
+        )
 
 
 def show(case, found, table):
     """Print what measure() found of a case: a line of a table, else rows."""
     if table:
-        print(f"{case.name:44s} mean {found['mean']:7.2f}  p99.99 {found['p9999']:7.2f}  worst {found['worst']:7.2f}"
-              f"  (first {found['first_p9999']:8.2f} {found['first_worst']:8.2f}) us;  "
-              f"instr {found['instructions'] or 0:9.0f}, worst {found['worst_instructions'] or 0:9d} at "
-              + " ".join(f"{v:.2f}" for v in found["place"]), flush=True)
+        print(
+            f"{case.name:44s} mean {found['mean']:7.2f}  p99.99 {found['p9999']:7.2f}  worst {found['worst']:7.2f}"
+            f"  (first {found['first_p9999']:8.2f} {found['first_worst']:8.2f}) us;  "
+            f"instr {found['instructions'] or 0:9.0f}, worst {found['worst_instructions'] or 0:9d} at "
+            + " ".join(f"{v:.2f}" for v in found["place"]),
+            flush=True,
+        )
     else:
         for line_ in rows_of(found):
             print(json.dumps(line_), flush=True)
         if case is MILLION:
-            print(json.dumps(row("memory of the map, all included", found["bytes_a_cell"], "B/cell", None,
-                                 f"8 bytes a cell, the empty ring's too, and a head of {found['head']:.0f} bytes")), flush=True)
+            print(
+                json.dumps(
+                    row(
+                        "memory of the map, all included",
+                        found["bytes_a_cell"],
+                        "B/cell",
+                        None,
+                        f"8 bytes a cell, the empty ring's too, and a head of {found['head']:.0f} bytes",
+                    )
+                ),
+                flush=True,
+            )
 
 
 def main():
@@ -257,8 +312,12 @@ def main():
             found = counted(case, options.count)
             if found is None:
                 sys.exit("bench_cost: --count needs valgrind")
-            print(json.dumps(row(f"{case.name}: instructions", found, "", None,
-                                 f"mean of the first {options.count} periods")), flush=True)
+            print(
+                json.dumps(
+                    row(f"{case.name}: instructions", found, "", None, f"mean of the first {options.count} periods")
+                ),
+                flush=True,
+            )
             continue
         if options.quick:
             case.periods //= 10

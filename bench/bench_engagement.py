@@ -3,10 +3,12 @@
 
     /usr/bin/python3 bench/bench_engagement.py [--count 40] [--first 0] [--strategy 4]
 
-Engagement by tests/support/engagement_judge.py (exact), everything else by tests/support/pocket_oracle.py.  Tool 6 mm, D 2.4 mm,
-F1500, one level.  LB: area the tool reaches / D.  Length: at the feed at the level, without the helix.  Time: 500 mm/s2, rapids of
-6000 mm/min from and to standstill, bends as slow as the acceleration asks; without the descents.  Degrees are above nominal.
+Engagement by tests/support/engagement_judge.py (exact), everything else by tests/support/pocket_oracle.py.  Tool 6 mm,
+D 2.4 mm, F1500, one level.  LB: area the tool reaches / D.  Length: at the feed at the level, without the helix.  Time:
+500 mm/s2, rapids of 6000 mm/min from and to standstill, bends as slow as the acceleration asks; without the descents.
+Degrees are above nominal.
 """
+
 import argparse
 import math
 import time
@@ -25,13 +27,23 @@ from chipwise.geometry.pocket.machinable import split
 from chipwise.geometry.base.contour import make_contour
 
 RADIUS, STEP, FEED, ACCEL, RAPID = 3.0, 2.4, 25.0, 500.0, 100.0
-SHARP = 0.1         # rad: a corner at which the path stops
-NEAR = 0.1          # mm over the level that a feed still belongs to it
+SHARP = 0.1  # rad: a corner at which the path stops
+NEAR = 0.1  # mm over the level that a feed still belongs to it
 
 
 def request(loops, strategy=4, **fields):
-    return pocket.PocketRequest(loops=loops, bottom=-3.0, clearance=1.0, tool_radius=RADIUS, step=STEP, feed=60 * FEED, plunge_feed=300.0,
-                                start=(0.0, 0.0, 10.0), strategy=strategy, **fields)
+    return pocket.PocketRequest(
+        loops=loops,
+        bottom=-3.0,
+        clearance=1.0,
+        tool_radius=RADIUS,
+        step=STEP,
+        feed=60 * FEED,
+        plunge_feed=300.0,
+        start=(0.0, 0.0, 10.0),
+        strategy=strategy,
+        **fields,
+    )
 
 
 def least_length(loops):
@@ -40,7 +52,7 @@ def least_length(loops):
     area = 0.0
     for region in split(contours[0], contours[1:], RADIUS):
         border = sum(elements.lengths(c).sum() for c in region.contours)
-        area += region.area + RADIUS * border + math.pi * RADIUS ** 2 * (1 - len(region.holes))
+        area += region.area + RADIUS * border + math.pi * RADIUS**2 * (1 - len(region.holes))
     return area / STEP
 
 
@@ -68,7 +80,7 @@ def straight(a, b):
 
 def rapid_seconds(run):
     length = sum(math.dist(e.a, e.b) for e in run)
-    return 2 * math.sqrt(length / ACCEL) if length < RAPID ** 2 / ACCEL else length / RAPID + RAPID / ACCEL
+    return 2 * math.sqrt(length / ACCEL) if length < RAPID**2 / ACCEL else length / RAPID + RAPID / ACCEL
 
 
 def heading(e, at_end):
@@ -94,7 +106,7 @@ def feed_seconds(run):
     for k in reversed(range(len(run))):
         at[k] = min(at[k], math.sqrt(at[k + 1] ** 2 + 2 * ACCEL * size[k]))
     peak = np.minimum(most, np.sqrt((at[:-1] ** 2 + at[1:] ** 2) / 2 + ACCEL * size))
-    even = np.maximum(0.0, size - (2 * peak ** 2 - at[:-1] ** 2 - at[1:] ** 2) / (2 * ACCEL))
+    even = np.maximum(0.0, size - (2 * peak**2 - at[:-1] ** 2 - at[1:] ** 2) / (2 * ACCEL))
     return float(((2 * peak - at[:-1] - at[1:]) / ACCEL + even / peak).sum())
 
 
@@ -109,9 +121,18 @@ def measured(loops, strategy):
     nominal, least = math.acos(1 - STEP / RADIUS), least_length(loops)
     limit = nominal + math.radians(10)
     sloped = sum(math.dist(e.a, e.b) for e in moves if e.kind != "rapid" and 1e-6 < e.a[2] - asked.bottom < NEAR)
-    return dict(length=(found.length() + sloped) / least, time=seconds(moves, asked.bottom) / (least / FEED), p99=math.degrees(found.percentile(0.99) - nominal),
-                most=math.degrees(found.most - nominal), over=found.length(limit), full=found.length(engagement_judge.FULL), air=1 - found.length(engagement_judge.AIR) / found.length(),
-                lifts=sum(m.kind == "rapid" and m.b[2] > 0.5 for m in moves), moves=len(plan.moves), planning=planning)
+    return dict(
+        length=(found.length() + sloped) / least,
+        time=seconds(moves, asked.bottom) / (least / FEED),
+        p99=math.degrees(found.percentile(0.99) - nominal),
+        most=math.degrees(found.most - nominal),
+        over=found.length(limit),
+        full=found.length(engagement_judge.FULL),
+        air=1 - found.length(engagement_judge.AIR) / found.length(),
+        lifts=sum(m.kind == "rapid" and m.b[2] > 0.5 for m in moves),
+        moves=len(plan.moves),
+        planning=planning,
+    )
 
 
 def main():
@@ -120,16 +141,26 @@ def main():
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--strategy", type=int, default=4)
     args = parser.parse_args()
-    print(f"{ROOT.name}: shape, length/LB, time/LB, p99 and most above nominal (degrees), mm over 10 degrees, full slot mm, air %, rapids to R, moves, planning s")
+    print(
+        f"{ROOT.name}: shape, length/LB, time/LB, p99 and most above nominal (degrees), mm over 10 degrees, full slot "
+        f"mm, air %, rapids to R, moves, planning s"
+    )
     rows = []
     for name, loops in SHAPES.items():
         try:
             rows.append(row := measured(loops, args.strategy))
-            print(f"{name:20s} {row['length']:.2f} {row['time']:.2f} {row['p99']:6.1f} {row['most']:6.1f} {row['over']:5.1f} {row['full']:5.2f} {100 * row['air']:4.0f}"
-                  f" {row['lifts']:3d} {row['moves']:6d} {row['planning']:.2f}", flush=True)
+            print(
+                f"{name:20s} {row['length']:.2f} {row['time']:.2f} {row['p99']:6.1f} {row['most']:6.1f} "
+                f"{row['over']:5.1f} {row['full']:5.2f} {100 * row['air']:4.0f}"
+                f" {row['lifts']:3d} {row['moves']:6d} {row['planning']:.2f}",
+                flush=True,
+            )
         except CycleError as error:
             print(f"{name:20s} {error}")
-    print(f"{'median':20s} {np.median([r['length'] for r in rows]):.2f} {np.median([r['time'] for r in rows]):.2f} {np.median([r['p99'] for r in rows]):6.1f}")
+    print(
+        f"{'median':20s} {np.median([r['length'] for r in rows]):.2f} {np.median([r['time'] for r in rows]):.2f} "
+        f"{np.median([r['p99'] for r in rows]):6.1f}"
+    )
     refused = cleared = 0
     for seed in range(args.first, args.first + args.count):
         asked = random_request(seed, args.strategy)

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""G79 P4 on random pockets and on letters, by the independent judge (tests/support/engagement_verdict.py); a line of JSON for each.
+"""G79 P4 on random pockets and on letters, by the independent judge (tests/support/engagement_verdict.py); a line of
+JSON for each.
 
     /usr/bin/python3 bench/bench_engagement_random.py random --first 60000 --count 50 > FILE
     /usr/bin/python3 bench/bench_engagement_random.py glyphs --first 60000 --count 50 > FILE
     /usr/bin/python3 bench/bench_engagement_random.py table FILE ..
 
-Random pockets: tests/support/pocket_random.py, D of 0.2 to 1 tool radii.  Letters: any character of any font of this computer,
-tool of 1 to 6 mm, 20 to 45 tool radii to the em, D of 0.4 to 1 tool radii.
+Random pockets: tests/support/pocket_random.py, D of 0.2 to 1 tool radii.  Letters: any character of any font of this
+computer, tool of 1 to 6 mm, 20 to 45 tool radii to the em, D of 0.4 to 1 tool radii.
 """
+
 import argparse
 import dataclasses
 import json
@@ -26,7 +28,9 @@ from support.pocket_judge import random_request
 def random_pocket(seed):
     """(name, request) of a random pocket."""
     asked = random_request(seed, 4)
-    return f"random {seed}", dataclasses.replace(asked, step=float(np.random.default_rng([seed, 451]).uniform(0.2, 1.0)) * asked.tool_radius)
+    return f"random {seed}", dataclasses.replace(
+        asked, step=float(np.random.default_rng([seed, 451]).uniform(0.2, 1.0)) * asked.tool_radius
+    )
 
 
 def glyph(seed):
@@ -42,8 +46,17 @@ def glyph(seed):
         loops = font.loops(code, size)
         if loops:
             return f"{name} U+{code:04X} size {size:.3f} r {radius:.4f}", PocketRequest(
-                loops=loops, bottom=-2.0, clearance=1.0, tool_radius=radius, step=float(rng.uniform(0.4, 1.0)) * radius, feed=1500.0,
-                plunge_feed=300.0, start=(0.0, 0.0, 10.0), strategy=4, climb=bool(rng.random() < 0.7))
+                loops=loops,
+                bottom=-2.0,
+                clearance=1.0,
+                tool_radius=radius,
+                step=float(rng.uniform(0.4, 1.0)) * radius,
+                feed=1500.0,
+                plunge_feed=300.0,
+                start=(0.0, 0.0, 10.0),
+                strategy=4,
+                climb=bool(rng.random() < 0.7),
+            )
 
 
 def judged(kind, seed):
@@ -52,9 +65,16 @@ def judged(kind, seed):
     begun = time.process_time()
     try:
         found = dataclasses.asdict(verdict(asked, seed))
-    except Exception as error:                      # any alarm is a finding
+    except Exception as error:  # any alarm is a finding
         found = {"said": "", "faults": [f"alarm: {error!r}"]}
-    return {"kind": kind, "seed": seed, "name": name, "share": round(asked.step / asked.tool_radius, 3), "seconds": round(time.process_time() - begun, 1), **found}
+    return {
+        "kind": kind,
+        "seed": seed,
+        "name": name,
+        "share": round(asked.step / asked.tool_radius, 3),
+        "seconds": round(time.process_time() - begun, 1),
+        **found,
+    }
 
 
 def table(paths):
@@ -63,10 +83,16 @@ def table(paths):
     for kind in sorted({kind for kind, _ in rows}):
         these = [row for row in rows.values() if row["kind"] == kind]
         ran = [row for row in these if not row["said"] and "p99" in row]
-        print(f"{kind}: {len(these)} cases, {len(ran)} planned, {sum(bool(row['faults']) for row in these)} with a fault; p99 above nominal: median "
-              f"{np.median([row['p99'] for row in ran]):.1f}, largest {max(row['p99'] for row in ran):.1f} degrees, without corners and necks largest {max(row['rest'] for row in ran):.1f}; mm above nominal + 10: corners "
-              f"{sum(row['corner'] for row in ran):.0f}, necks {sum(row['neck'] for row in ran):.0f} in {sum(row['neck'] > 0 for row in ran)} cases, elsewhere "
-              f"{sum(row['other'] for row in ran):.1f}; full slot where a trochoid fits {sum(row['full'] for row in ran):.1f} mm")
+        print(
+            f"{kind}: {len(these)} cases, {len(ran)} planned, {sum(bool(row['faults']) for row in these)} with a "
+            f"fault; p99 above nominal: median "
+            f"{np.median([row['p99'] for row in ran]):.1f}, largest {max(row['p99'] for row in ran):.1f} degrees, "
+            f"without corners and necks largest {max(row['rest'] for row in ran):.1f}; mm above nominal + 10: corners "
+            f"{sum(row['corner'] for row in ran):.0f}, necks {sum(row['neck'] for row in ran):.0f} in "
+            f"{sum(row['neck'] > 0 for row in ran)} cases, elsewhere "
+            f"{sum(row['other'] for row in ran):.1f}; full slot where a trochoid fits "
+            f"{sum(row['full'] for row in ran):.1f} mm"
+        )
         for row in these:
             for fault in row["faults"]:
                 print(f"  {row['name']} (seed {row['seed']}, D {row['share']} r): {fault}")

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What saving and restoring the stock costs.
 
-Called by bench/run.py (prints JSON rows).  A map of 7.7 and of 64 MB, cut all over: the file work of M253 and M254 in this
-process (stock/store.py and stock/shared.py, on a map in memory), each step the median of REPEATS; and the two codes in a
-running LinuxCNC.
+Called by bench/run.py (prints JSON rows).  A map of 7.7 and of 64 MB, cut all over: the file work of M253 and M254 in
+this process (stock/store.py and stock/shared.py, on a map in memory), each step the median of REPEATS; and the two
+codes in a running LinuxCNC.
 """
+
 import json
 import os
 import statistics
@@ -21,7 +22,10 @@ from chipwise.stock import store
 from chipwise.stock.shared import SharedStock
 
 REPEATS = 5
-MAPS = {"7.7 MB": ((0.0, 0.0, -10.0), (300.0, 200.0, 0.0), 0.25), "64 MB": ((0.0, 0.0, -10.0), (320.0, 250.0, 0.0), 0.1)}
+MAPS = {
+    "7.7 MB": ((0.0, 0.0, -10.0), (300.0, 200.0, 0.0), 0.25),
+    "64 MB": ((0.0, 0.0, -10.0), (320.0, 250.0, 0.0), 0.1),
+}
 HEAD = "G21 G90 G64 P0.01\nT1 M6\n"
 LARGE = {"CELL": "0.1", "MAP_SIZE": "320 250"}
 BOX = "M250 P0 Q0 R-10 I320 J250 K10\nG4 P0.2\n"
@@ -59,9 +63,18 @@ def file_rows():
             write, _ = median_s(lambda: store.write(path, *taken))
             read, found = median_s(lambda: store.read(path, stock.head.capacity))
             put, _ = median_s(lambda: shared.put(*found))
-            row(f"save a map of {name}", 1000 * (take + write), "ms", f"{1000 * take:.1f} ms of it to copy the map; file of "
-                f"{os.path.getsize(path) / 1e6:.1f} MB")
-            row(f"restore a map of {name}", 1000 * (read + put), "ms", f"the tracker is held for {1000 * put:.1f} ms of it")
+            row(
+                f"save a map of {name}",
+                1000 * (take + write),
+                "ms",
+                f"{1000 * take:.1f} ms of it to copy the map; file of {os.path.getsize(path) / 1e6:.1f} MB",
+            )
+            row(
+                f"restore a map of {name}",
+                1000 * (read + put),
+                "ms",
+                f"the tracker is held for {1000 * put:.1f} ms of it",
+            )
 
 
 def cycle_s(text):
@@ -77,8 +90,9 @@ def cycle_s(text):
 
 
 def code_rows():
-    without, saved, restored = (statistics.median(cycle_s(text) for _ in range(3))
-                                for text in ("", "M253 P1\n", "M253 P1\nM254 P1\n"))
+    without, saved, restored = (
+        statistics.median(cycle_s(text) for _ in range(3)) for text in ("", "M253 P1\n", "M253 P1\nM254 P1\n")
+    )
     row("M253 in LinuxCNC, 64 MB, a fresh stock", 1000 * (saved - without), "ms", "motion waits")
     row("M254 in LinuxCNC, 64 MB, a fresh stock", 1000 * (restored - saved), "ms", "motion waits")
 

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""chipwise filter: how long a file takes to be opened, and how soon after FILTER_TIME the filter and the GUIs answer again.
+"""chipwise filter: how long a file takes to be opened, and how soon after FILTER_TIME the filter and the GUIs answer
+again.
 
-First the filter alone, as a GUI calls it, with files of every kind and one of 90 MB that is too long for the limit; then AXIS,
-gmoccapy and QtDragon, as far as they are installed, under Xvfb.  Arguments: names of GUIs (default: all; none: no GUI).
+First the filter alone, as a GUI calls it, with files of every kind and one of 90 MB that is too long for the limit;
+then AXIS, gmoccapy and QtDragon, as far as they are installed, under Xvfb.  Arguments: names of GUIs (default: all;
+none: no GUI).
 """
 
 import json
@@ -19,7 +21,7 @@ from rows import row
 from support import filter_rig, samples
 from support.rewrite_rig import make_machine
 
-LATE_S = 2.0            # target: from the limit to the answer
+LATE_S = 2.0  # target: from the limit to the answer
 LONG_MB = 90
 
 
@@ -31,8 +33,12 @@ def filtered(ini, path, out):
     """-> (status, s, most memory in bytes) of the filter on a file."""
     begun, most = time.monotonic(), 0
     with open(out, "wb") as file:
-        process = subprocess.Popen([ROOT / "bin" / "chipwise", "filter", "--ini", ini, path], stdin=subprocess.DEVNULL, stdout=file,
-                                   stderr=subprocess.DEVNULL)
+        process = subprocess.Popen(
+            [ROOT / "bin" / "chipwise", "filter", "--ini", ini, path],
+            stdin=subprocess.DEVNULL,
+            stdout=file,
+            stderr=subprocess.DEVNULL,
+        )
         while process.poll() is None:
             most = max(most, memory(process.pid))
             time.sleep(0.02)
@@ -56,7 +62,13 @@ def alone(folder):
         status, seconds, most = filtered(ini, path, folder / "out")
         late = seconds - filter_rig.LIMIT_S
         if late > 0:
-            show(f"{name}: the filter after its limit", late, "s", f"exit status {status}, {most / MEGA:.0f} MB", target=LATE_S)
+            show(
+                f"{name}: the filter after its limit",
+                late,
+                "s",
+                f"exit status {status}, {most / MEGA:.0f} MB",
+                target=LATE_S,
+            )
             failed |= late > LATE_S
         else:
             show(f"{name}: the filter", seconds, "s", f"exit status {status}, {most / MEGA:.0f} MB")
@@ -70,8 +82,12 @@ def in_gui(name, folder):
         print(f"{name}: {filter_rig.missing(sample)}")
         return False
     paths, failed = filter_rig.make_programs(str(folder / "nc")), False
-    result = filter_rig.open_all(sample, folder, samples.stage(str(folder)), [
-        {"path": path, "kill": kind == "killed.nc"} for kind, path in paths.items()])
+    result = filter_rig.open_all(
+        sample,
+        folder,
+        samples.stage(str(folder)),
+        [{"path": path, "kill": kind == "killed.nc"} for kind, path in paths.items()],
+    )
     if result["trouble"]:
         print(f"{name}: {result['trouble']}")
     for record in result["records"]:
@@ -86,6 +102,7 @@ def in_gui(name, folder):
 
 def main(names):
     from pathlib import Path
+
     failed = False
     with tempfile.TemporaryDirectory(prefix="chipwise-bench-") as folder:
         failed |= alone(Path(folder))

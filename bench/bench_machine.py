@@ -6,6 +6,7 @@ bench/lib/timed_display, which reads the time pins of HAL (processor clocks of t
 during feed moves.  Means and medians; the largest (tmax) holds what an ordinary kernel does in
 between, for every function alike.
 """
+
 import json
 import os
 import shutil
@@ -37,8 +38,11 @@ def measured():
         folder = Path(scratch)
         os.chmod(folder, 0o777)
         times = folder / "times.json"
-        runner.run_headless(str(PROGRAM), ini=str(machine(folder)),
-                            env={"CHIPWISE_TIMED": " ".join(FUNCTIONS), "CHIPWISE_TIMES": str(times)})
+        runner.run_headless(
+            str(PROGRAM),
+            ini=str(machine(folder)),
+            env={"CHIPWISE_TIMED": " ".join(FUNCTIONS), "CHIPWISE_TIMES": str(times)},
+        )
         return json.loads(times.read_text())
 
 
@@ -47,12 +51,27 @@ def main():
     motion = np.array(found["motion-controller"]["times"], float)
     for name in FUNCTIONS:
         times = np.array(found[name]["times"], float)
-        print(json.dumps({"name": f"{name}: mean", "value": round(float(times.mean()), 1), "unit": "clocks",
-                          "note": f"median {np.median(times):.0f}, largest {found[name]['tmax']}, {len(times)} readings"}))
+        print(
+            json.dumps(
+                {
+                    "name": f"{name}: mean",
+                    "value": round(float(times.mean()), 1),
+                    "unit": "clocks",
+                    "note": f"median {np.median(times):.0f}, largest {found[name]['tmax']}, {len(times)} readings",
+                }
+            )
+        )
     both = np.array(found["stock-tracker.0"]["times"], float) + np.array(found["volumetric-feed.0"]["times"], float)
-    print(json.dumps({"name": "tracker and feed / motion-controller: mean", "unit": "x",
-                      "value": round(float(both.mean() / motion.mean()), 3),
-                      "note": f"median {np.median(both) / np.median(motion):.3f}"}))
+    print(
+        json.dumps(
+            {
+                "name": "tracker and feed / motion-controller: mean",
+                "unit": "x",
+                "value": round(float(both.mean() / motion.mean()), 3),
+                "note": f"median {np.median(both) / np.median(motion):.3f}",
+            }
+        )
+    )
 
 
 if __name__ == "__main__":

@@ -5,9 +5,10 @@ Called by bench/run.py in a small size (prints JSON rows).  In full:
 
     /usr/bin/python3 bench/bench_nesting.py --count 300 --jobs 2
 
-Drawings and judge: tests/support/nesting_random.py.  Tool 0.8 mm, D 0.5 (P4: 3 mm, D 1.1), 1 mm deep in one level.  A drawing that is refused or that
-breaks the plan is a fault, too, and each fault is printed with its seed.
+Drawings and judge: tests/support/nesting_random.py.  Tool 0.8 mm, D 0.5 (P4: 3 mm, D 1.1), 1 mm deep in one level.  A
+drawing that is refused or that breaks the plan is a fault, too, and each fault is printed with its seed.
 """
+
 import argparse
 import json
 import os
@@ -26,10 +27,12 @@ def judged(asked):
     seed, strategy = asked
     chains = drawing(seed)[0]
     radius, step = (1.5, 1.1) if strategy == 4 else (0.4, 0.5)
-    given = request(chains, tool_radius=radius, step=step, bottom=-1.0, strategy=strategy, direction=20.0, close_gap=GAP)
+    given = request(
+        chains, tool_radius=radius, step=step, bottom=-1.0, strategy=strategy, direction=20.0, close_gap=GAP
+    )
     try:
         return seed, judge_drawing(cycle.pocket_plan(given).moves, given, seed)
-    except Exception as error:                                              # any alarm is a finding
+    except Exception as error:  # any alarm is a finding
         return seed, repr(error)
 
 
@@ -49,7 +52,13 @@ def rows_of(strategy, first, count, pool):
     yield row(f"nestings, P{strategy}: faults", faults, "", f"{ran} drawings from seed {first} on", 0)
     yield row(f"nestings, P{strategy}: deepest gouge", round(worst[2], 5), "mm", f"{ran} drawings", GOUGE_MM)
     yield row(f"nestings, P{strategy}: widest rest, half", round(worst[3], 5), "mm", f"{ran} drawings", REST_MM)
-    yield row(f"nestings, P{strategy}: area left or cut beyond", round(max(worst[:2]), 6), "of the area", f"{ran} drawings", SHARE)
+    yield row(
+        f"nestings, P{strategy}: area left or cut beyond",
+        round(max(worst[:2]), 6),
+        "of the area",
+        f"{ran} drawings",
+        SHARE,
+    )
 
 
 def main():

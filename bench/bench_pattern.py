@@ -4,12 +4,17 @@
     /usr/bin/python3 bench/bench_pattern.py [--count 20] [--seed 7134] [--only error stations ..] [--table]
 
 Called by bench/run.py (prints JSON rows).
-error    random subs (tests/support/pattern_oracle.py) x 8 transforms in LinuxCNC's interpreter, against what each sub does by itself
+error    random subs (tests/support/pattern_oracle.py) x 8 transforms in LinuxCNC's interpreter, against what each sub
+         does by itself
 stations random stations from exact points, and from points that are 0.01 mm off, against the bound that is predicted
-robot    random programs of the simulated robot: bad ones that are found, good ones that are refused (tests/support/reach_oracle.py)
-climb    share of the volume that is cut climbing (tests/support/climb_oracle.py), of subs and of their mirror images, kept and not kept
-copies   200 copies of a sub of 500 moves: computing time of the plan, its child process included, and of LinuxCNC executing the lines
+robot    random programs of the simulated robot: bad ones that are found, good ones that are refused
+         (tests/support/reach_oracle.py)
+climb    share of the volume that is cut climbing (tests/support/climb_oracle.py), of subs and of their mirror images,
+         kept and not kept
+copies   200 copies of a sub of 500 moves: computing time of the plan, its child process included, and of LinuxCNC
+         executing the lines
 """
+
 import argparse
 import json
 import os
@@ -34,31 +39,41 @@ from support.station_cases import case, off, shares_of_bound
 
 HEAD = "G21 G90 G64 G94 G17 G40\nT1 M6\nS5000 M3\nF600\n"
 COPIES, MOVES = 200, 500
-TRIES = 5                   # plans; the least computing time counts: what other processes do to the caches is not the plan's
-GROUP = 4                   # subs in a program
-CONTOURS = 8                # one sub of so many has G77, G78, G79 and patterns of its own: most of the time
+TRIES = 5  # plans; the least computing time counts: what other processes do to the caches is not the plan's
+GROUP = 4  # subs in a program
+CONTOURS = 8  # one sub of so many has G77, G78, G79 and patterns of its own: most of the time
 
 
 def transforms(seed):
     """Eight (mirror, degrees, shift)."""
     r = random.Random(f"bench pattern {seed}")
-    places = [(mirror, degrees) for mirror in (0, 1, 2, 3) for degrees in (90.0 * r.randrange(4), round(r.uniform(-360, 360), 4))]
+    places = [
+        (mirror, degrees)
+        for mirror in (0, 1, 2, 3)
+        for degrees in (90.0 * r.randrange(4), round(r.uniform(-360, 360), 4))
+    ]
     return [(mirror, degrees, tuple(round(r.uniform(-50, 50), 4) for _ in range(3))) for mirror, degrees in places]
 
 
 def places_of(number):
-    """[(sub, mirror, degrees, shift)] of a random sub; a cycle in a mirrored pattern plans the other hand, so those subs have none."""
+    """[(sub, mirror, degrees, shift)] of a random sub; a cycle in a mirrored pattern plans the other hand, so those
+    subs have none."""
     subs = {cycles: random_sub(number, cycles, contours=number % CONTOURS == 0) for cycles in (True, False)}
     return [(subs[mirror in (0, 3)], mirror, degrees, shift) for mirror, degrees, shift in transforms(number)]
 
 
 def errors(seed, count):
-    """(largest error in mm, cases, those that are not compared because arcs become chords, cases that differ otherwise)."""
+    """(largest error in mm, cases, those that are not compared because arcs become chords, cases that differ
+    otherwise)."""
     worst, cases, chords, wrong = 0.0, 0, 0, []
     for first in range(seed, seed + count, GROUP):
         numbers = range(first, min(first + GROUP, seed + count))
         places = [(number, *place) for number in numbers for place in places_of(number)]
-        exact = [place for place in places if place[3] % 90 == 0 or not any("G18" in line or "G19" in line for line in place[1])]
+        exact = [
+            place
+            for place in places
+            if place[3] % 90 == 0 or not any("G18" in line or "G19" in line for line in place[1])
+        ]
         cases, chords = cases + len(exact), chords + len(places) - len(exact)
         for place, pairs in zip(exact, _pairs(exact)):
             number, _sub, mirror, degrees, shift = place
@@ -66,20 +81,32 @@ def errors(seed, count):
                 if isinstance(pairs, AssertionError):
                     raise pairs
                 compare(*pairs, lambda p, m=mirror, d=degrees, s=shift: transformed(p, m, d, s))
-                worst = max(worst, *(float(np.abs(a.points - transformed(b.points, mirror, degrees, shift)).max()) for a, b in zip(*pairs)))
+                worst = max(
+                    worst,
+                    *(
+                        float(np.abs(a.points - transformed(b.points, mirror, degrees, shift)).max())
+                        for a, b in zip(*pairs)
+                    ),
+                )
             except AssertionError as error:
                 wrong.append(f"CHIPWISE_SEED={number} H{mirror} R{degrees:.4f}: {str(error)[:200]}")
     return worst, cases, chords, wrong
 
 
 def _pairs(places):
-    """Of each place (moves as a pattern, moves of the sub by itself from where that place begins), or the error of its program.
+    """Of each place (moves as a pattern, moves of the sub by itself from where that place begins), or the error of its
+    program.
 
-    All are one program, because most of the time is the start of its processes; if that has an error, each is one of its own.
+    All are one program, because most of the time is the start of its processes; if that has an error, each is one of
+    its own.
     """
     trace = canon.run_preview("\n".join(_program(places)), timeout=900)
     if trace.error:
-        return [AssertionError(trace.error)] if len(places) == 1 else [pair for place in places for pair in _pairs([place])]
+        return (
+            [AssertionError(trace.error)]
+            if len(places) == 1
+            else [pair for place in places for pair in _pairs([place])]
+        )
     calls = json.loads(trace.output.splitlines()[-1])["calls"]
     ends = [0, *(n + 1 for n, (kind, _line, *more) in enumerate(calls) if kind == "comment" and more[0] == "end")]
     parts = [calls_to_moves(calls[a:b], "begin", "end") for a, b in zip(ends, ends[1:])]
@@ -92,7 +119,10 @@ def _program(places):
         key = number, id(sub)
         if key not in names:
             names[key] = 1000 * len(names)
-            lines += [re.sub(r"\b([oQ])(\d{3})\b", lambda found, key=key: f"{found[1]}{int(found[2]) + names[key]}", line) for line in sub]
+            lines += [
+                re.sub(r"\b([oQ])(\d{3})\b", lambda found, key=key: f"{found[1]}{int(found[2]) + names[key]}", line)
+                for line in sub
+            ]
     lines += [HEAD]
     for number, sub, mirror, degrees, shift in places:
         start, name = np.array([[3.0, -4.0, 7.0 + shift[2]]]), 100 + names[number, id(sub)]
@@ -120,7 +150,11 @@ def climbs(seed, count):
     kept, lost, pattern_oracle.SHARES = 0.0, 0.0, np.linspace(0.0, 1.0, 33)[1:]
     for number in range(seed, seed + count):
         sub, shares = climb_oracle.random_profile(number), []
-        for call, before, x in (("o100 call", "", 3), ("G75 Q100 H1", "#<_chipwise_keep_climb> = 1", -3), ("G75 Q100 H1", "", -3)):
+        for call, before, x in (
+            ("o100 call", "", 3),
+            ("G75 Q100 H1", "#<_chipwise_keep_climb> = 1", -3),
+            ("G75 Q100 H1", "", -3),
+        ):
             text = "\n".join([*sub, HEAD, before, f"G0 X{x} Y-4 Z7", "(begin)", call, "(end)", "M2", ""])
             shares.append(climb_oracle.cut(moves_of(text)[0], (x, -4.0, 7.0), climb_oracle.disc(9.5), 1.0)[0])
         kept, lost = max(kept, abs(shares[1] - shares[0])), max(lost, abs(shares[2] - 1 + shares[0]))
@@ -156,8 +190,24 @@ def copies(folder):
     ini = canon.write_ini(folder)
     os.chdir(ROOT / "configs")
     job = PatternJob(Job(program=path, sub=100, ini=str(ini), position=(0.0, 0.0, 5.0)))
-    order = Order(cycle="pattern", code="G75", unit="mm", unit_mm=1.0, start=(0.0, 0.0, 5.0), memory_mb=1024, job=job, fields=dict(
-        shift=(0.0, 0.0, 0.0), start=(0.0, 0.0, 5.0), chord=0.002, most_moves=500_000, copies=COPIES, step=(12.0, 3.0), turn=7.0))
+    order = Order(
+        cycle="pattern",
+        code="G75",
+        unit="mm",
+        unit_mm=1.0,
+        start=(0.0, 0.0, 5.0),
+        memory_mb=1024,
+        job=job,
+        fields=dict(
+            shift=(0.0, 0.0, 0.0),
+            start=(0.0, 0.0, 5.0),
+            chord=0.002,
+            most_moves=500_000,
+            copies=COPIES,
+            step=(12.0, 3.0),
+            turn=7.0,
+        ),
+    )
     spent = []
     for _ in range(TRIES):
         plans.forget()
@@ -167,7 +217,12 @@ def copies(folder):
     plan_s, wall_s = min(spent)
     before = used_s()
     canon.run_rs274(text)
-    return plan_s, wall_s, used_s() - before, sum(lines.count("\n") + 1 for chunk in outcome.chunks for _feed, lines, *_ in chunk)
+    return (
+        plan_s,
+        wall_s,
+        used_s() - before,
+        sum(lines.count("\n") + 1 for chunk in outcome.chunks for _feed, lines, *_ in chunk),
+    )
 
 
 def main():
@@ -181,39 +236,89 @@ def main():
     for part in options.only:
         for line in PARTS[part](options.seed, options.count):
             bad = bad or part == "error" and line["name"].endswith("otherwise") and line["value"] > 0
-            print(json.dumps(line) if not options.table else f"{line['name']:60s} {line['value']:12.3g} {line['unit']:3s} {line['note']}", flush=True)
+            print(
+                json.dumps(line)
+                if not options.table
+                else f"{line['name']:60s} {line['value']:12.3g} {line['unit']:3s} {line['note']}",
+                flush=True,
+            )
     return 1 if bad else 0
 
 
 def error_rows(seed, count):
     worst, cases, chords, wrong = errors(seed, count)
-    return [row(f"G75: largest error in {cases} random cases", worst, "mm", f"{chords} more have arcs of G18 or G19 that become chords", 1e-6),
-            row("G75: cases that differ otherwise", len(wrong), "", "; ".join(wrong), 0)]
+    return [
+        row(
+            f"G75: largest error in {cases} random cases",
+            worst,
+            "mm",
+            f"{chords} more have arcs of G18 or G19 that become chords",
+            1e-6,
+        ),
+        row("G75: cases that differ otherwise", len(wrong), "", "; ".join(wrong), 0),
+    ]
 
 
 def station_rows(seed, count):
     exact, share, number = stations(seed, 10 * count)
-    return [row(f"stations: largest error of {number} from exact points", exact, "mm", "", 1e-9),
-            row(f"stations: points 0.01 mm off, largest share of the bound, {number}", share, "", "90 places each, up to 300 mm per axis away", 1.0)]
+    return [
+        row(f"stations: largest error of {number} from exact points", exact, "mm", "", 1e-9),
+        row(
+            f"stations: points 0.01 mm off, largest share of the bound, {number}",
+            share,
+            "",
+            "90 places each, up to 300 mm per axis away",
+            1.0,
+        ),
+    ]
 
 
 def climb_rows(seed, count):
     kept, lost, profiles = climbs(seed, count)
-    return [row(f"G75: climb share kept in {profiles} mirrored profiles, largest difference", kept, "", f"grid of {climb_oracle.CELL} mm", 0.04),
-            row("G75: not kept, largest difference to the other share", lost, "", "")]
+    return [
+        row(
+            f"G75: climb share kept in {profiles} mirrored profiles, largest difference",
+            kept,
+            "",
+            f"grid of {climb_oracle.CELL} mm",
+            0.04,
+        ),
+        row("G75: not kept, largest difference to the other share", lost, "", ""),
+    ]
 
 
 def robot_rows(seed, count):
     bad, missed, good, alarms = robots(seed, 10 * count)
-    return [row(f"robot: bad programs not found before motion, of {bad}", missed, "", "reach, joint limits, singularities", 0),
-            row(f"robot: good programs refused, of {good}", alarms, "", "", 0)]
+    return [
+        row(
+            f"robot: bad programs not found before motion, of {bad}",
+            missed,
+            "",
+            "reach, joint limits, singularities",
+            0,
+        ),
+        row(f"robot: good programs refused, of {good}", alarms, "", "", 0),
+    ]
 
 
 def copy_rows(_seed, _count):
     with tempfile.TemporaryDirectory() as folder:
         plan_s, wall_s, run_s, lines = copies(folder)
-    return [row(f"G75: plan of {COPIES} copies of {MOVES} moves", plan_s, "s", f"least computing time of {TRIES}; {wall_s:.2f} s on the clock, {lines} lines", 1.0),
-            row(f"G75: the same program in rs274, {lines} lines", run_s, "s", "computing time, start of the interpreter included")]
+    return [
+        row(
+            f"G75: plan of {COPIES} copies of {MOVES} moves",
+            plan_s,
+            "s",
+            f"least computing time of {TRIES}; {wall_s:.2f} s on the clock, {lines} lines",
+            1.0,
+        ),
+        row(
+            f"G75: the same program in rs274, {lines} lines",
+            run_s,
+            "s",
+            "computing time, start of the interpreter included",
+        ),
+    ]
 
 
 PARTS = {"error": error_rows, "stations": station_rows, "climb": climb_rows, "robot": robot_rows, "copies": copy_rows}

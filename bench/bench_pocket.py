@@ -14,6 +14,7 @@ engagement: width of stock met per mm of path (section area / depth) by the C st
 plan: processor time of pocket_plan() for an outline of 200 elements with 3 islands, nothing cached.
 embedded: the same in the Python inside LinuxCNC's interpreter.
 """
+
 import argparse
 import json
 import math
@@ -45,9 +46,9 @@ from support.pocket_judge import random_request, shrunk_names, verdict
 from support.pocket_random import circle
 from rows import row
 
-RATIO, PLAN_MS = 1.35, 300.0                                                # the targets
-SHARE = 0.4                                                                 # D in tool diameters
-STEP_MM, CELL_MM = 0.4, 0.1                                                 # of the engagement
+RATIO, PLAN_MS = 1.35, 300.0  # the targets
+SHARE = 0.4  # D in tool diameters
+STEP_MM, CELL_MM = 0.4, 0.1  # of the engagement
 
 
 # ---- random pockets ----------------------------------------------------------------------------------------------
@@ -73,8 +74,13 @@ def random_rows(count, first, jobs):
                     print(f"seed {seed} P{strategy}: {text}", file=sys.stderr, flush=True)
     for strategy, name in NAMES.items():
         listed = ", ".join(f"{k} {v}" for k, v in faults[strategy].items())
-        yield row(f"random pockets, P{strategy} {name}: faults", sum(faults[strategy].values()), "",
-                  f"{cleared[strategy]} pockets cleared of {count} from {first} on" + (f"; {listed}" if listed else ""), 0)
+        yield row(
+            f"random pockets, P{strategy} {name}: faults",
+            sum(faults[strategy].values()),
+            "",
+            f"{cleared[strategy]} pockets cleared of {count} from {first} on" + (f"; {listed}" if listed else ""),
+            0,
+        )
 
 
 # ---- length of the path -------------------------------------------------------------------------------------------
@@ -83,14 +89,26 @@ def random_rows(count, first, jobs):
 def plain_request(seed, strategy):
     """One level of a random pocket at D = 0.4 tool diameters."""
     request = random_request(3 * seed, strategy)
-    return replace(request, step=SHARE * 2 * request.tool_radius, side_allowance=0.0, floor_allowance=0.0,
-                   depth_step=None, ramp_angle=3.0, bottom=-request.tool_radius, clearance=1.0, climb=True, direction=0.0)
+    return replace(
+        request,
+        step=SHARE * 2 * request.tool_radius,
+        side_allowance=0.0,
+        floor_allowance=0.0,
+        depth_step=None,
+        ramp_angle=3.0,
+        bottom=-request.tool_radius,
+        clearance=1.0,
+        climb=True,
+        direction=0.0,
+    )
 
 
 def lengths(moves, start):
     """(mm at feed, mm in the air, mm level) from the first place over the pocket on."""
     toolpath = trace.walk(moves, start)[1:-1]
-    long = [math.hypot(e.radius * e.sweep[1], e.b[2] - e.a[2]) if e.kind == "arc" else math.dist(e.a, e.b) for e in toolpath]
+    long = [
+        math.hypot(e.radius * e.sweep[1], e.b[2] - e.a[2]) if e.kind == "arc" else math.dist(e.a, e.b) for e in toolpath
+    ]
     air = sum(n for e, n in zip(toolpath, long) if e.kind == "rapid")
     return sum(long) - air, air, sum(n for e, n in zip(toolpath, long) if e.a[2] == e.b[2])
 
@@ -99,8 +117,11 @@ def reached_area(request):
     """mm2 that the tool can reach."""
     _, pockets = cycle._pockets(request.loops, request.close_gap)
     found = [region for pocket in pockets for region in machinable.machinable_regions(pocket, request.tool_radius)]
-    areas = [polygons.area_region(chains.flat(f.boundary, 0.01), [chains.flat(h, 0.01) for h in f.holes])
-             for f in found if f.area > 0.0]
+    areas = [
+        polygons.area_region(chains.flat(f.boundary, 0.01), [chains.flat(h, 0.01) for h in f.holes])
+        for f in found
+        if f.area > 0.0
+    ]
     return polygons.area_of(polygons.grown(polygons.joined(areas), request.tool_radius, 0.01)) if areas else 0.0
 
 
@@ -119,9 +140,14 @@ def length_rows(count):
                 ratios.append((cut + air) / bound)
                 air_share.append(air / (cut + air))
                 flat.append(level / bound)
-        yield row(f"path / (area / D), P{strategy} {name}, median", round(float(np.median(ratios)), 3), "",
-                  f"worst {max(ratios):.2f}; flat {np.median(flat):.2f}, worst {max(flat):.2f}; air "
-                  f"{100 * np.mean(air_share):.0f} %; {len(ratios)} pockets", RATIO if strategy == 0 else None)
+        yield row(
+            f"path / (area / D), P{strategy} {name}, median",
+            round(float(np.median(ratios)), 3),
+            "",
+            f"worst {max(ratios):.2f}; flat {np.median(flat):.2f}, worst {max(flat):.2f}; air "
+            f"{100 * np.mean(air_share):.0f} %; {len(ratios)} pockets",
+            RATIO if strategy == 0 else None,
+        )
 
 
 # ---- engagement --------------------------------------------------------------------------------------------------
@@ -158,9 +184,13 @@ def engagement_rows(count):
         met = np.concatenate(every)
         largest = np.median([np.percentile(m, 99.5) for m in every])
         cutting = met[met > 0.02]
-        yield row(f"engagement, P{strategy} {name}: mean", round(float(cutting.mean()), 3), "D",
-                  f"where it cuts, at D = 0.4; largest {largest:.2f}; full width (> 0.9) on {100 * np.mean(met > 0.9):.1f} % "
-                  f"of the path, air at feed {100 * np.mean(met <= 0.02):.0f} %; {len(every)} pockets")
+        yield row(
+            f"engagement, P{strategy} {name}: mean",
+            round(float(cutting.mean()), 3),
+            "D",
+            f"where it cuts, at D = 0.4; largest {largest:.2f}; full width (> 0.9) on {100 * np.mean(met > 0.9):.1f} % "
+            f"of the path, air at feed {100 * np.mean(met <= 0.02):.0f} %; {len(every)} pockets",
+        )
 
 
 # ---- planning time -----------------------------------------------------------------------------------------------
@@ -183,8 +213,16 @@ def plan_rows(rounds=5):
     for strategy, name in NAMES.items():
         for radius in (3.0, 5.0):
             request = cycle.PocketRequest(
-                loops=large_pocket(), bottom=-4.0, clearance=1.0, tool_radius=radius, step=SHARE * 2 * radius, feed=600.0,
-                plunge_feed=200.0, start=(0.0, 0.0, 5.0), strategy=strategy)
+                loops=large_pocket(),
+                bottom=-4.0,
+                clearance=1.0,
+                tool_radius=radius,
+                step=SHARE * 2 * radius,
+                feed=600.0,
+                plunge_feed=200.0,
+                start=(0.0, 0.0, 5.0),
+                strategy=strategy,
+            )
             took = []
             for _ in range(rounds):
                 cycle.pocket_plan.cache_clear()
@@ -192,19 +230,32 @@ def plan_rows(rounds=5):
                 begun = time.process_time()
                 moves = cycle.pocket_plan(request).moves
                 took.append(1000 * (time.process_time() - begun))
-            yield row(f"plan of 200 elements, 3 islands, P{strategy} {name}, tool {2 * radius:g} mm", round(min(took), 1), "ms",
-                      f"median {np.median(took):.0f} ms, {len(moves)} moves, "
-                      f"{sum(isinstance(m, Rapid) for m in moves)} rapids", PLAN_MS)
+            yield row(
+                f"plan of 200 elements, 3 islands, P{strategy} {name}, tool {2 * radius:g} mm",
+                round(min(took), 1),
+                "ms",
+                f"median {np.median(took):.0f} ms, {len(moves)} moves, "
+                f"{sum(isinstance(m, Rapid) for m in moves)} rapids",
+                PLAN_MS,
+            )
 
 
 def embedded_rows():
     """plan_rows() in the interpreter's own Python: rs274 runs a program whose ;py comment calls it."""
     with tempfile.TemporaryDirectory(prefix="chipwise-bench.") as folder:
         found, program = Path(folder) / "rows", Path(folder) / "plan.ngc"
-        program.write_text(f";py,import sys; sys.path.insert(0, '{ROOT}/bench'); import bench_pocket; "
-                           f"bench_pocket.write_plan_rows('{found}')\nM2\n")
-        subprocess.run(["rs274", "-g", "-i", "configs/mill.ini", str(program)], cwd=ROOT,
-                       env={**os.environ, "HOME": folder}, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, check=True)
+        program.write_text(
+            f";py,import sys; sys.path.insert(0, '{ROOT}/bench'); import bench_pocket; "
+            f"bench_pocket.write_plan_rows('{found}')\nM2\n"
+        )
+        subprocess.run(
+            ["rs274", "-g", "-i", "configs/mill.ini", str(program)],
+            cwd=ROOT,
+            env={**os.environ, "HOME": folder},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            check=True,
+        )
         for line in found.read_text().splitlines():
             made = json.loads(line)
             yield {**made, "name": made["name"] + ", in LinuxCNC's interpreter"}
@@ -222,9 +273,13 @@ def main():
     parser.add_argument("--only", default="random,length,engagement,plan,embedded")
     given = parser.parse_args()
     first = int(os.environ.get("CHIPWISE_SEED") or 0)
-    parts = {"random": lambda: random_rows(given.count, first, given.jobs),
-             "length": lambda: length_rows(max(40, given.count // 3)),
-             "engagement": lambda: engagement_rows(8), "plan": plan_rows, "embedded": embedded_rows}
+    parts = {
+        "random": lambda: random_rows(given.count, first, given.jobs),
+        "length": lambda: length_rows(max(40, given.count // 3)),
+        "engagement": lambda: engagement_rows(8),
+        "plan": plan_rows,
+        "embedded": embedded_rows,
+    }
     failed = False
     for part in given.only.split(","):
         for made in parts[part]():

@@ -1,15 +1,19 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """`chipwise resume` at random stops of twenty programs, judged by an oracle.
 
-Called by bench/run.py (prints JSON rows); by hand `/usr/bin/python3 bench/bench_resume.py --programs N --stops M --seed S [--only NAME ..] [--real]`.
+Called by bench/run.py (prints JSON rows); by hand `/usr/bin/python3 bench/bench_resume.py --programs N --stops M --seed
+S [--only NAME ..] [--real]`.
 
- 1. Without --real the stop is made of the program's path in steps of the servo thread, cut by the core (support/resume_oracle.py): what the machine would have
-    saved.  Kinds of stop: abort (cells and tool of one moment), crash (the saved cells up to 0.8 s older than the part, the tool's place before or behind
-    them), broken (the tool broke up to 300 s before the stop, --time says so, rounded up), line (--line).
+ 1. Without --real the stop is made of the program's path in steps of the servo thread, cut by the core
+    (support/resume_oracle.py): what the machine would have saved.  Kinds of stop: abort (cells and tool of one moment),
+    crash (the saved cells up to 0.8 s older than the part, the tool's place before or behind them), broken (the tool
+    broke up to 300 s before the stop, --time says so, rounded up), line (--line).
  2. With --real the program runs in LinuxCNC in the sandbox and is stopped there (support/resume_machine.py).
- 3. Judged: the stock in the end against the uninterrupted run's (heights within a cell and its neighbours, volume), stock met by traverses, feed in air that is
-    added, feed that is left out.  A refusal counts as a fault, too, and is shown.
+ 3. Judged: the stock in the end against the uninterrupted run's (heights within a cell and its neighbours, volume),
+    stock met by traverses, feed in air that is added, feed that is left out.  A refusal counts as a fault, too, and is
+    shown.
 """
+
 import argparse
 import collections
 import json
@@ -33,9 +37,9 @@ from support.resume_oracle import PERIOD_S, apart
 from support.resume_programs import MORE, MORE_SAMPLES, OWN, SAMPLES
 
 KINDS = (("abort", 0.35), ("crash", 0.35), ("broken", 0.2), ("line", 0.1))
-LAG_S = 0.8                 # between the cells that were saved and a crash
-LATEST_S = 300.0            # after which a broken tool is reported
-LEFT_OUT_S = 0.5            # of feed: rounding of the periods
+LAG_S = 0.8  # between the cells that were saved and a crash
+LATEST_S = 300.0  # after which a broken tool is reported
+LEFT_OUT_S = 0.5  # of feed: rounding of the periods
 MET_MM3 = 1e-3
 
 
@@ -86,12 +90,12 @@ class Stop:
         run = self.case.run
         within = int(self.rng.uniform(0, LATEST_S) / PERIOD_S)
         later = min(self.index + within, len(run.points) - 2)
-        same = run.tool[self.index:later + 1] == run.tool[self.index]
+        same = run.tool[self.index : later + 1] == run.tool[self.index]
         later = self.index + max(int(same.sum()) - 1, 1)
         kept = run.new_stock()
         cut = run.cut(kept, 0, later)
         self.case.keep(kept, cut, later)
-        seconds = float(run.seconds[self.index + 1:later + 1].sum())
+        seconds = float(run.seconds[self.index + 1 : later + 1].sum())
         self.order = resume.Order(None, math.ceil(seconds), True)
         self.note = f"reported {seconds:.0f} s later"
 
@@ -146,6 +150,7 @@ def simulated(name, text, count, seed):
 def real(name, text, count, seed):
     """The same of stops in LinuxCNC."""
     from support import resume_machine
+
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         folder.chmod(0o755)
@@ -158,12 +163,38 @@ def report(found, kind):
     refused = [one for one in faults if one["fault"].startswith("refused")]
     added = [one["added"] for one in found if one["added"] is not None]
     kinds = collections.Counter(one["kind"] for one in found)
-    note = f"{len({one['program'] for one in found})} programs; " + ", ".join(f"{count} {name}" for name, count in sorted(kinds.items()))
-    print(json.dumps(row(f"{kind}: stops that end otherwise", len(faults) - len(refused), "", f"of {len(found)}; {note}", target=0)), flush=True)
-    print(json.dumps(row(f"{kind}: stops that are refused", len(refused), "", f"of {len(found)}", target=0)), flush=True)
+    note = f"{len({one['program'] for one in found})} programs; " + ", ".join(
+        f"{count} {name}" for name, count in sorted(kinds.items())
+    )
+    print(
+        json.dumps(
+            row(
+                f"{kind}: stops that end otherwise",
+                len(faults) - len(refused),
+                "",
+                f"of {len(found)}; {note}",
+                target=0,
+            )
+        ),
+        flush=True,
+    )
+    print(
+        json.dumps(row(f"{kind}: stops that are refused", len(refused), "", f"of {len(found)}", target=0)), flush=True
+    )
     if added:
         added.sort()
-        print(json.dumps(row(f"{kind}: feed in air added, median", statistics.median(added), "s", f"largest {added[-1]:.1f}", target=5)), flush=True)
+        print(
+            json.dumps(
+                row(
+                    f"{kind}: feed in air added, median",
+                    statistics.median(added),
+                    "s",
+                    f"largest {added[-1]:.1f}",
+                    target=5,
+                )
+            ),
+            flush=True,
+        )
 
 
 def main():
@@ -175,14 +206,27 @@ def main():
     parser.add_argument("--real", action="store_true", help="in LinuxCNC")
     parser.add_argument("--log", help="file for one JSON line a stop")
     options = parser.parse_args()
-    chosen = {name: text for name, text in programs().items() if not options.only or any(part in name for part in options.only)}
-    names = list(chosen) if options.only else random.Random(options.seed).sample(list(chosen), min(options.programs, len(chosen)))
+    chosen = {
+        name: text
+        for name, text in programs().items()
+        if not options.only or any(part in name for part in options.only)
+    }
+    names = (
+        list(chosen)
+        if options.only
+        else random.Random(options.seed).sample(list(chosen), min(options.programs, len(chosen)))
+    )
     found = []
     for name in names:
         for one in (real if options.real else simulated)(name, chosen[name], options.stops, options.seed):
             found.append(one)
             if one["fault"]:
-                print(f"{one['program']} {one['kind']} line {one['line']} index {one['index']} {one['note']}: {one['fault']}", file=sys.stderr, flush=True)
+                print(
+                    f"{one['program']} {one['kind']} line {one['line']} index {one['index']} {one['note']}: "
+                    f"{one['fault']}",
+                    file=sys.stderr,
+                    flush=True,
+                )
             if options.log:
                 with open(options.log, "a", encoding="utf-8") as log:
                     log.write(json.dumps(one) + "\n")

@@ -7,8 +7,8 @@ judges kept ones again without running LinuxCNC.
 
 Method:
  1. A program runs twice on a LinuxCNC of its own: as it is, and with a target so high (and the tools'
-    own rates gone) that the stock never limits it.  The second run gives the velocity the planner itself allows at every
-    place (ceiling, corners, ends); both give the acceleration it really uses on every line.
+    own rates gone) that the stock never limits it.  The second run gives the velocity the planner itself allows at
+    every place (ceiling, corners, ends); both give the acceleration it really uses on every line.
  2. The section area A(s) along the logged path comes from tests/support/fine_model.c, which shares
     nothing with the core.  Removal rate = A v, v from the logged positions; windows of 1 and 10 ms.
  3. The optimum is the fastest v(s) <= min(planner, Q / A(s)) with that acceleration, by a forward and a
@@ -19,6 +19,7 @@ Method:
 
 Figures are of the simulated mill (configs/mill_headless.ini); docs/proof/benchmarks.md has a table.
 """
+
 import argparse
 import ctypes as C
 import json
@@ -34,14 +35,14 @@ from chipwise.headless import runner
 from support.speed_log import Log
 
 SPEED = 6
-TOGETHER = 2                # runs at once
-FREE = 1000.0               # times the target: the stock never limits
-FREE_MOST = 600.0           # cm3/min or in3/min: M251 takes no more than that of an inch program
-SLACK_MM = 0.02             # step of the optimum's passes
-CUTTING_MM2 = 1e-3          # smaller areas do not count as contact
-ACCEL = 500.0               # mm/s2, of configs/mill_headless.ini
-SMALL = ("cam_part", "cam01", "pocket_concentric")    # parts of small moves
-TIME_TARGET = {False: 1.02, True: 1.05}         # by whether the moves are small
+TOGETHER = 2  # runs at once
+FREE = 1000.0  # times the target: the stock never limits
+FREE_MOST = 600.0  # cm3/min or in3/min: M251 takes no more than that of an inch program
+SLACK_MM = 0.02  # step of the optimum's passes
+CUTTING_MM2 = 1e-3  # smaller areas do not count as contact
+ACCEL = 500.0  # mm/s2, of configs/mill_headless.ini
+SMALL = ("cam_part", "cam01", "pocket_concentric")  # parts of small moves
+TIME_TARGET = {False: 1.02, True: 1.05}  # by whether the moves are small
 PEAK_10MS, PEAK_1MS, OVER = 1.02, 1.05, 0.0
 
 VEC = C.c_double * 3
@@ -50,8 +51,19 @@ VEC = C.c_double * 3
 def programs():
     """{name: path} of what is run."""
     own = sorted((ROOT / "bench" / "nc").glob("*.ngc"))
-    shown = [ROOT / "nc_files" / f"{name}.ngc" for name in ("slots", "cam_part", "panel", "pocket", "pocket_oneway",
-                                                          "pocket_zigzag", "pocket_concentric", "chop_contour")]
+    shown = [
+        ROOT / "nc_files" / f"{name}.ngc"
+        for name in (
+            "slots",
+            "cam_part",
+            "panel",
+            "pocket",
+            "pocket_oneway",
+            "pocket_zigzag",
+            "pocket_concentric",
+            "chop_contour",
+        )
+    ]
     return {path.stem: path for path in shown + own}
 
 
@@ -77,7 +89,9 @@ def facts(text):
 def run_both(name, path, folder):
     """The logs of a program as it is and with the target out of reach, in `folder`."""
     text = path.read_text()
-    free = re.sub(r"(^M251.*?Q)([\d.]+)", lambda m: f"{m.group(1)}{min(float(m.group(2)) * FREE, FREE_MOST):g}", text, flags=re.M)
+    free = re.sub(
+        r"(^M251.*?Q)([\d.]+)", lambda m: f"{m.group(1)}{min(float(m.group(2)) * FREE, FREE_MOST):g}", text, flags=re.M
+    )
     jobs = []
     for kind, source in (("held", text), ("free", free)):
         program = folder / f"{name}-{kind}.ngc"
@@ -108,8 +122,15 @@ def areas(log, rows, radius, low, high):
     tips = np.ascontiguousarray(log.tips[rows])
     wanted = np.append(log.feeding[rows[1:]], False).astype(np.uint8)
     area = np.zeros(len(rows))
-    library.fine_areas(C.c_double(radius), VEC(*low), VEC(*high), tips.ctypes.data_as(C.c_void_p),
-                       wanted.ctypes.data_as(C.c_void_p), C.c_long(len(rows)), area.ctypes.data_as(C.c_void_p))
+    library.fine_areas(
+        C.c_double(radius),
+        VEC(*low),
+        VEC(*high),
+        tips.ctypes.data_as(C.c_void_p),
+        wanted.ctypes.data_as(C.c_void_p),
+        C.c_long(len(rows)),
+        area.ctypes.data_as(C.c_void_p),
+    )
     volume = np.concatenate([[0.0], np.cumsum(area[:-1] * np.diff(log.toolpath[rows]))])
     step = np.searchsorted(log.toolpath[rows][1:], log.toolpath, side="left").clip(0, len(rows) - 2)
     return area[step], np.interp(log.toolpath, log.toolpath[rows], volume)
@@ -119,7 +140,7 @@ def matched(log, rows, other, other_rows):
     """Path of `other` (mm) at the rows of `log`: the nearest place, never backwards."""
     a, b = log.tips[rows], other.tips[other_rows]
     start, span = b[:-1], np.diff(b, axis=0)
-    length = np.sqrt((span ** 2).sum(axis=1)).clip(1e-12)
+    length = np.sqrt((span**2).sum(axis=1)).clip(1e-12)
     at, out = 0, np.zeros(len(a))
     for i, tip in enumerate(a):
         near = slice(at, min(at + 40, len(span)))
@@ -137,7 +158,7 @@ def accelerations(logs, accel=ACCEL):
     used = {}
     for log in logs:
         gain = np.abs(np.diff(log.speed, prepend=log.speed[:1])) / log.period
-        steady = np.minimum(gain[1:-1], np.minimum(gain[:-2], gain[2:]))    # of three in a row
+        steady = np.minimum(gain[1:-1], np.minimum(gain[:-2], gain[2:]))  # of three in a row
         same = (log.motion[2:] == log.motion[1:-1]) & (log.motion[:-2] == log.motion[1:-1])
         for line, kind, value, feeding in zip(log.line[1:-1], log.motion[1:-1], steady, log.feeding[1:-1] & same):
             if feeding and value > used.get((line, kind), 0.0):
@@ -157,7 +178,7 @@ def fastest(toolpath, limit, accel):
     v = np.sqrt(np.array(v2))
     pace = 0.5 * (v[1:] + v[:-1])
     step = np.diff(toolpath)
-    rest = np.sqrt(2.0 * step / accel[1:])          # a step between two stands
+    rest = np.sqrt(2.0 * step / accel[1:])  # a step between two stands
     return float(np.where(pace > 1e-6, step / pace.clip(1e-6), rest).sum()), v
 
 
@@ -185,7 +206,8 @@ def window_rates(log, volume, area, span):
 
 
 def feed_times(held, free, rows, area, target, steep, steady_feed):
-    """(seconds of the feed moves, of the optimum, at the constant feed; [(lost s, first and last line, took s, best s)] of each block)."""
+    """(seconds of the feed moves, of the optimum, at the constant feed; [(lost s, first and last line, took s, best s)]
+    of each block)."""
     other_way = matched(held, rows, free, free.places())
     moving = np.concatenate([[True], np.diff(free.toolpath) > 1e-9])
     accel_of = accelerations((held, free))
@@ -200,8 +222,7 @@ def feed_times(held, free, rows, area, target, steep, steady_feed):
         planner = np.interp(there, free.toolpath[moving], free.speed[moving])
         planner = np.maximum(planner, np.minimum(np.interp(toolpath, held.toolpath, held.speed), 0.5))
         index = np.searchsorted(held.toolpath[first:last], toolpath).clip(0, last - first - 1) + first
-        accel = np.array([accel_of.get(place, ACCEL)
-                          for place in zip(held.line[index], held.motion[index])])
+        accel = np.array([accel_of.get(place, ACCEL) for place in zip(held.line[index], held.motion[index])])
         stock = target / np.maximum(area[index], 1e-9)
         seconds, _ = fastest(toolpath, np.minimum(planner, stock), accel)
         took = float(held.took[first:last].sum())
@@ -236,13 +257,25 @@ def judge(name, folder, text):
     lines = {}
     for line, seconds in zip(held.line[at10[over]], held.took[at10[over]]):
         lines[int(line)] = lines.get(int(line), 0.0) + float(seconds)
-    return {"program": name, "cycle_s": float(held.took.sum()), "feed_s": actual, "optimum_s": best,
-            "cycle_ratio": (actual + other) / (best + other), "feed_ratio": actual / best,
-            "peak_10ms": peak / target, "peak_1ms": float(rate1.max()) / target,
-            "over_share": float(held.took[at10[over]].sum() / span), "over_s": float(held.took[at10[over]].sum()),
-            "constant_ratio": (actual + other) / (constant + other),
-            "worst_10ms": where(worst10), "worst_1ms": where(worst1), "over_lines": lines,
-            "volume_mm3": float(volume[-1]), "removed_mm3": held.removed, "lost": sorted(lost, reverse=True)[:5]}
+    return {
+        "program": name,
+        "cycle_s": float(held.took.sum()),
+        "feed_s": actual,
+        "optimum_s": best,
+        "cycle_ratio": (actual + other) / (best + other),
+        "feed_ratio": actual / best,
+        "peak_10ms": peak / target,
+        "peak_1ms": float(rate1.max()) / target,
+        "over_share": float(held.took[at10[over]].sum() / span),
+        "over_s": float(held.took[at10[over]].sum()),
+        "constant_ratio": (actual + other) / (constant + other),
+        "worst_10ms": where(worst10),
+        "worst_1ms": where(worst1),
+        "over_lines": lines,
+        "volume_mm3": float(volume[-1]),
+        "removed_mm3": held.removed,
+        "lost": sorted(lost, reverse=True)[:5],
+    }
 
 
 def rows_of(found):
@@ -255,13 +288,19 @@ def rows_of(found):
             note = f"{'meets' if value <= target + 1e-9 else 'MISSES'} {target:g}; {note}".rstrip("; ")
         return {"name": f"{name}: {what}", "value": round(value, 4), "unit": unit, "target": target, "note": note}
 
-    return [row("cycle / optimum", found["cycle_ratio"], "x", time_target,
-                f"{found['cycle_s']:.2f} s; feed moves alone {found['feed_ratio']:.4f}"),
-            row("peak rate, 10 ms", 100.0 * found["peak_10ms"], "%", 100.0 * PEAK_10MS, found["worst_10ms"]),
-            row("peak rate, 1 ms", 100.0 * found["peak_1ms"], "%", 100.0 * PEAK_1MS, found["worst_1ms"]),
-            row("cutting time above 102 %", 100.0 * found["over_share"], "%", OVER,
-                f"{found['over_s']:.3f} s"),
-            row("cycle / constant feed of the same peak", found["constant_ratio"], "x")]
+    return [
+        row(
+            "cycle / optimum",
+            found["cycle_ratio"],
+            "x",
+            time_target,
+            f"{found['cycle_s']:.2f} s; feed moves alone {found['feed_ratio']:.4f}",
+        ),
+        row("peak rate, 10 ms", 100.0 * found["peak_10ms"], "%", 100.0 * PEAK_10MS, found["worst_10ms"]),
+        row("peak rate, 1 ms", 100.0 * found["peak_1ms"], "%", 100.0 * PEAK_1MS, found["worst_1ms"]),
+        row("cutting time above 102 %", 100.0 * found["over_share"], "%", OVER, f"{found['over_s']:.3f} s"),
+        row("cycle / constant feed of the same peak", found["constant_ratio"], "x"),
+    ]
 
 
 def results(names, folder, again=False):
@@ -275,19 +314,27 @@ def results(names, folder, again=False):
 
 
 def print_table(found):
-    print(f"{'program':10s} {'cycle s':>8s} {'feed s':>8s} {'best s':>8s} {'cyc/opt':>8s} {'feed/opt':>8s} "
-          f"{'10ms %':>7s} {'1ms %':>7s} {'over %':>7s} {'/const':>7s}")
+    print(
+        f"{'program':10s} {'cycle s':>8s} {'feed s':>8s} {'best s':>8s} {'cyc/opt':>8s} {'feed/opt':>8s} "
+        f"{'10ms %':>7s} {'1ms %':>7s} {'over %':>7s} {'/const':>7s}"
+    )
     for f in found:
-        print(f"{f['program']:10s} {f['cycle_s']:8.2f} {f['feed_s']:8.2f} {f['optimum_s']:8.2f} "
-              f"{f['cycle_ratio']:8.4f} {f['feed_ratio']:8.4f} {100 * f['peak_10ms']:7.1f} "
-              f"{100 * f['peak_1ms']:7.1f} {100 * f['over_share']:7.2f} {f['constant_ratio']:7.3f}")
+        print(
+            f"{f['program']:10s} {f['cycle_s']:8.2f} {f['feed_s']:8.2f} {f['optimum_s']:8.2f} "
+            f"{f['cycle_ratio']:8.4f} {f['feed_ratio']:8.4f} {100 * f['peak_10ms']:7.1f} "
+            f"{100 * f['peak_1ms']:7.1f} {100 * f['over_share']:7.2f} {f['constant_ratio']:7.3f}"
+        )
     for f in found:
-        print(f"\n{f['program']}: {f['volume_mm3']:.1f} mm3 by the fine model, {f['removed_mm3']:.1f} by the tracker; "
-              f"10 ms peak {f['worst_10ms']}; 1 ms peak {f['worst_1ms']}")
+        print(
+            f"\n{f['program']}: {f['volume_mm3']:.1f} mm3 by the fine model, {f['removed_mm3']:.1f} by the tracker; "
+            f"10 ms peak {f['worst_10ms']}; 1 ms peak {f['worst_1ms']}"
+        )
         worst = sorted(f["over_lines"].items(), key=lambda item: -item[1])[:8]
         print("  above 102 %, by line: " + ", ".join(f"{line}: {1000 * s:.0f} ms" for line, s in worst))
-        print("  most time lost: " + ", ".join(f"lines {a}..{b}: {lost:.3f} s of {took:.3f}"
-                                             for lost, a, b, took, _ in f["lost"]))
+        print(
+            "  most time lost: "
+            + ", ".join(f"lines {a}..{b}: {lost:.3f} s of {took:.3f}" for lost, a, b, took, _ in f["lost"])
+        )
 
 
 def main():

@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How P0 to P3 of G79 come onto finished walls and leave them: nine shapes, random pockets, letters; by tests/support/wall_judge.py.
+"""How P0 to P3 of G79 come onto finished walls and leave them: nine shapes, random pockets, letters; by
+tests/support/wall_judge.py.
 
     /usr/bin/python3 bench/bench_walls.py [--first 31000] [--count 40] [--letters]
 
-Each pocket is judged by tests/support/pocket_oracle.py, too: gouge, residue, rapids, walls, entries.  Tangent: within 1 degree.
+Each pocket is judged by tests/support/pocket_oracle.py, too: gouge, residue, rapids, walls, entries.  Tangent: within 1
+degree.
 """
+
 import argparse
 from dataclasses import replace
 
@@ -24,7 +27,11 @@ def cases(args, strategy):
     for name, loops in SHAPES.items():
         yield name, request(loops, strategy), 0
     for seed in range(args.first, args.first + args.count):
-        yield f"seed {seed}", replace(glyph(seed)[1], strategy=strategy) if args.letters else random_request(seed, strategy), seed
+        yield (
+            f"seed {seed}",
+            replace(glyph(seed)[1], strategy=strategy) if args.letters else random_request(seed, strategy),
+            seed,
+        )
 
 
 def main():
@@ -47,7 +54,11 @@ def main():
                 count += 1
                 onto += finish.on is not None and finish.on < TANGENT
                 off += finish.off is not None and finish.off < TANGENT
-        print(f"{ROOT.name} P{strategy}: {count} finished walls, onto {onto} tangent, off {off} tangent; pockets with a fault: {faulty}", flush=True)
+        print(
+            f"{ROOT.name} P{strategy}: {count} finished walls, onto {onto} tangent, off {off} tangent; pockets with a "
+            f"fault: {faulty}",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

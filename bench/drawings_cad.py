@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Random drawings in the manner of five CAD programs, with the area to be cut by closed forms.  Called by import_table.py.
+"""Random drawings in the manner of five CAD programs, with the area to be cut by closed forms.  Called by
+import_table.py.
 
-drawing(seed, path) writes a DXF and returns (manner, mm2 of the pockets, largest first).  The manners are those of files seen:
-  blocks     closed polylines with bulges, some in blocks that are rotated, mirrored and scaled; dimensions, hidden layers
+drawing(seed, path) writes a DXF and returns (manner, mm2 of the pockets, largest first).  The manners are those of
+  files seen:
+  blocks     closed polylines with bulges, some in blocks that are rotated, mirrored and scaled; dimensions, hidden
+             layers
   entities   single lines and arcs in any order and direction, no unit in the header
   curves     old polylines, and every arc a spline, as programs for illustration export
   sketch     lines, arcs and ellipses in inch with gaps of the sixth to third decimal, at a height, arcs seen from below
   doubled    entities that are there twice, lines cut into overlapping parts, whole outlines drawn again
 """
+
 import math
 
 import ezdxf
@@ -36,7 +40,7 @@ def drawing(seed, path):
 
 def _part(rng, x, y):
     """(loops, areas of the pockets) about a place: a boundary, perhaps an island in it, perhaps a pocket in that."""
-    sizes = (24.0, 12.0, 5.0)[:int(rng.integers(1, 4))]
+    sizes = (24.0, 12.0, 5.0)[: int(rng.integers(1, 4))]
     made = [_outline(rng, x, y, size) for size in sizes]
     area = [a for _, a in made]
     pockets = [area[0] - (area[1] if len(area) > 1 else 0.0), *area[2:]]
@@ -44,7 +48,8 @@ def _part(rng, x, y):
 
 
 def _outline(rng, x, y, s):
-    """(list of ("L", p, q), ("A", centre, radius, from, to), ("E", centre, a, b); area mm2) that holds the circle of 0.7 s and lies in that of s."""
+    """(list of ("L", p, q), ("A", centre, radius, from, to), ("E", centre, a, b); area mm2) that holds the circle of
+    0.7 s and lies in that of s."""
     kind = int(rng.integers(0, 5))
     if kind == 0:
         return [("A", (x, y), 0.9 * s, 0.0, 2 * math.pi)], math.pi * (0.9 * s) ** 2
@@ -54,12 +59,20 @@ def _outline(rng, x, y, s):
     if kind == 2:
         n, turn = int(rng.integers(5, 9)), rng.random() * 2 * math.pi
         r = 0.97 * s
-        p = [(x + r * math.cos(turn + 2 * math.pi * k / n), y + r * math.sin(turn + 2 * math.pi * k / n)) for k in range(n)]
+        p = [
+            (x + r * math.cos(turn + 2 * math.pi * k / n), y + r * math.sin(turn + 2 * math.pi * k / n))
+            for k in range(n)
+        ]
         return [("L", p[k], p[(k + 1) % n]) for k in range(n)], n / 2 * r * r * math.sin(2 * math.pi / n)
     w = h = 0.75 * s
     r = w * rng.uniform(0.1, 0.9 if kind == 3 else 0.3)
     parts = []
-    for cx, cy, a in ((x + w - r, y - h + r, -90), (x + w - r, y + h - r, 0), (x - w + r, y + h - r, 90), (x - w + r, y - h + r, 180)):
+    for cx, cy, a in (
+        (x + w - r, y - h + r, -90),
+        (x + w - r, y + h - r, 0),
+        (x - w + r, y + h - r, 90),
+        (x - w + r, y - h + r, 180),
+    ):
         parts.append(("A", (cx, cy), r, math.radians(a), math.radians(a + 90)))
     return _with_lines(parts), 4 * w * h - (4 - math.pi) * r * r
 
@@ -83,8 +96,10 @@ def _is_circle(part):
 
 def _add(space, part, scale=1.0, move=(0.0, 0.0), **attributes):
     """One entity; move: of the second end or the end angle's point, drawing units."""
+
     def at(p):
         return p[0] * scale, p[1] * scale
+
     if part[0] == "L":
         a, b = at(part[1]), at(part[2])
         space.add_line(a, (b[0] + move[0], b[1] + move[1]), dxfattribs=attributes)
@@ -119,9 +134,17 @@ def _blocks(document, space, loops, rng):
         else:
             turn, scale, mirror = rng.integers(0, 360), rng.uniform(0.5, 2.0), rng.random() < 0.5
             block = document.blocks.new(f"B{k}")
-            placed = _mirrored(loop, turn, scale) if mirror else [_unplaced(part, math.radians(turn), scale) for part in loop]
+            placed = (
+                _mirrored(loop, turn, scale)
+                if mirror
+                else [_unplaced(part, math.radians(turn), scale) for part in loop]
+            )
             _polyline(block, placed)
-            space.add_blockref(f"B{k}", (0, 0), dxfattribs={"xscale": -scale if mirror else scale, "yscale": scale, "rotation": float(turn)})
+            space.add_blockref(
+                f"B{k}",
+                (0, 0),
+                dxfattribs={"xscale": -scale if mirror else scale, "yscale": scale, "rotation": float(turn)},
+            )
 
 
 def _unplaced(part, turn, scale):
@@ -130,6 +153,7 @@ def _unplaced(part, turn, scale):
 
     def at(p):
         return (c * p[0] - s * p[1]) / scale, (s * p[0] + c * p[1]) / scale
+
     if part[0] == "L":
         return "L", at(part[1]), at(part[2])
     return "A", at(part[1]), part[2] / scale, part[3] - turn, part[4] - turn
@@ -158,9 +182,12 @@ def _curves(document, space, loops, rng):
         if all(part[0] == "L" for part in loop):
             space.add_polyline2d([part[1] for part in loop], close=True)
             continue
-        if document.dxfversion == "AC1009" and loop[0][0] == "E":           # R12 has no ellipses
+        if document.dxfversion == "AC1009" and loop[0][0] == "E":  # R12 has no ellipses
             (x, y), a, b = loop[0][1:]
-            space.add_polyline2d([(x + a * math.cos(math.pi * k / 360), y + b * math.sin(math.pi * k / 360)) for k in range(720)], close=True)
+            space.add_polyline2d(
+                [(x + a * math.cos(math.pi * k / 360), y + b * math.sin(math.pi * k / 360)) for k in range(720)],
+                close=True,
+            )
             continue
         for part in loop:
             if part[0] == "L" or document.dxfversion == "AC1009":
@@ -179,7 +206,14 @@ def _spline(space, part):
         a, b = first + (last - first) * k / count, first + (last - first) * (k + 1) / count
         out = 4 / 3 * math.tan((b - a) / 4) * r
         p, q = (x + r * math.cos(a), y + r * math.sin(a)), (x + r * math.cos(b), y + r * math.sin(b))
-        space.add_open_spline([p, (p[0] - out * math.sin(a), p[1] + out * math.cos(a)), (q[0] + out * math.sin(b), q[1] - out * math.cos(b)), q])
+        space.add_open_spline(
+            [
+                p,
+                (p[0] - out * math.sin(a), p[1] + out * math.cos(a)),
+                (q[0] + out * math.sin(b), q[1] - out * math.cos(b)),
+                q,
+            ]
+        )
 
 
 def _sketch(document, space, loops, rng):
@@ -187,9 +221,15 @@ def _sketch(document, space, loops, rng):
         for part in loop:
             gap = 10 ** rng.uniform(-6, math.log10(4e-3)) / INCH
             turn = rng.random() * 2 * math.pi
-            if part[0] == "A" and not _is_circle(part) and rng.random() < 0.5:       # seen from below: x is mirrored
+            if part[0] == "A" and not _is_circle(part) and rng.random() < 0.5:  # seen from below: x is mirrored
                 (x, y), r, a, b = part[1:]
-                space.add_arc((-x / INCH, y / INCH, -2.0), r / INCH, math.degrees(math.pi - b), math.degrees(math.pi - a), dxfattribs={"extrusion": (0, 0, -1)})
+                space.add_arc(
+                    (-x / INCH, y / INCH, -2.0),
+                    r / INCH,
+                    math.degrees(math.pi - b),
+                    math.degrees(math.pi - a),
+                    dxfattribs={"extrusion": (0, 0, -1)},
+                )
             else:
                 _add(space, part, 1 / INCH, (gap * math.cos(turn), gap * math.sin(turn)))
 

@@ -1,11 +1,13 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""chipwise import against DXF drawings that people have drawn: bench/import_drawings.py FILE|FOLDER ..  Prints a table and what is wrong.
+"""chipwise import against DXF drawings that people have drawn: bench/import_drawings.py FILE|FOLDER ..  Prints a table
+and what is wrong.
 
-The oracle takes ezdxf's paths in short chords, joins their ends by a tree of points, and has shapely's even-odd area of the rings of a layer.
-A drawing is right if the area of all layers is within 0.1 % of that, as the oracle has no ring: none; said if import refuses it, or names what
-is open, crosses or is unclear; else it is wrong.
+The oracle takes ezdxf's paths in short chords, joins their ends by a tree of points, and has shapely's even-odd area of
+the rings of a layer.  A drawing is right if the area of all layers is within 0.1 % of that, as the oracle has no ring:
+none; said if import refuses it, or names what is open, crosses or is unclear; else it is wrong.
 """
+
 import math
 import sys
 import time
@@ -23,14 +25,18 @@ from shapely.geometry import Polygon
 from chipwise.errors import CycleError
 from chipwise.importing.run import imported
 
-SHARE, TOLERANCE, CHORD = 1e-3, 0.01, 1e-4          # share of the area; mm
-MIL = 0.0254            # ezdxf converts no mil
+SHARE, TOLERANCE, CHORD = 1e-3, 0.01, 1e-4  # share of the area; mm
+MIL = 0.0254  # ezdxf converts no mil
 KINDS = ("LINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE", "LWPOLYLINE", "POLYLINE")
 
 
 def chains(document, mm):
     """{layer: [points (n, 2) mm]} of what is drawn on layers that are on."""
-    hidden = {layer.dxf.name.lower() for layer in document.layers if layer.is_off() or layer.is_frozen() or not layer.dxf.get("plot", 1)}
+    hidden = {
+        layer.dxf.name.lower()
+        for layer in document.layers
+        if layer.is_off() or layer.is_frozen() or not layer.dxf.get("plot", 1)
+    }
     found = defaultdict(list)
 
     def take(entity, parent):
@@ -98,7 +104,15 @@ def oracle(path):
     except Exception:
         document = recover.readfile(path)[0]
     code = document.header.get("$INSUNITS", 0)
-    mm = MIL if code == 9 else 1.0 / units.conversion_factor(units.MM, code) if code else 25.4 if document.header.get("$MEASUREMENT", 1) == 0 else 1.0
+    mm = (
+        MIL
+        if code == 9
+        else 1.0 / units.conversion_factor(units.MM, code)
+        if code
+        else 25.4
+        if document.header.get("$MEASUREMENT", 1) == 0
+        else 1.0
+    )
     total = 0.0
     for lines in chains(document, mm).values():
         total += drawn(rings(once(lines)))
@@ -125,7 +139,7 @@ def judged(path):
         return "refused", 0.0, str(error)
     try:
         wanted = oracle(str(path))
-    except Exception as error:                      # of the oracle: the drawing is not judged
+    except Exception as error:  # of the oracle: the drawing is not judged
         return "not judged", 0.0, repr(error)
     got = sum(area for layer in found.layers for area in layer.areas)
     off = abs(got - wanted) / max(wanted, 1e-9) if wanted or got else 0.0
@@ -135,7 +149,9 @@ def judged(path):
 
 
 def main(names):
-    paths = [path for name in names for path in (sorted(Path(name).rglob("*.dxf")) if Path(name).is_dir() else [Path(name)])]
+    paths = [
+        path for name in names for path in (sorted(Path(name).rglob("*.dxf")) if Path(name).is_dir() else [Path(name)])
+    ]
     count, worst, longest = Counter(), 0.0, 0.0
     for path in paths:
         before = time.process_time()
@@ -145,7 +161,10 @@ def main(names):
         worst = max(worst, off) if verdict == "right" else worst
         if verdict != "right":
             print(f"{path.name}: {verdict} {text}", flush=True)
-    print(f"{len(paths)} drawings: {dict(count)}; largest error of an area {100 * worst:.3f} %, longest {longest:.1f} s with the oracle")
+    print(
+        f"{len(paths)} drawings: {dict(count)}; largest error of an area {100 * worst:.3f} %, longest {longest:.1f} s "
+        f"with the oracle"
+    )
 
 
 if __name__ == "__main__":

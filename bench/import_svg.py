@@ -1,13 +1,16 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""chipwise import of SVG: bench/import_svg.py [--count N] [--seed N] [--letters] [FILE|FOLDER ..].  Prints a table and what is wrong.
+"""chipwise import of SVG: bench/import_svg.py [--count N] [--seed N] [--letters] [FILE|FOLDER ..].  Prints a table and
+what is wrong.
 
-Without files, N drawings in the manner of seven programs (drawings_svg.py).  Each is right if its pockets are as many as were drawn, each has the area by
-closed forms within 0.1 %, and their sum is that of svg_oracle.py within 0.1 %.
+Without files, N drawings in the manner of seven programs (drawings_svg.py).  Each is right if its pockets are as many
+as were drawn, each has the area by closed forms within 0.1 %, and their sum is that of svg_oracle.py within 0.1 %.
 With --letters three characters of any font of this computer are written as paths.
-Files and folders are drawings of others: right is the sum of svg_oracle.py within 0.1 %, layer by layer even-odd by nesting.
-Said is what import refuses, or where it names what is open, crosses, is unclear, clipped or left out.  What is neither is wrong.
+Files and folders are drawings of others: right is the sum of svg_oracle.py within 0.1 %, layer by layer even-odd by
+nesting.  Said is what import refuses, or where it names what is open, crosses, is unclear, clipped or left out.  What
+is neither is wrong.
 """
+
 import argparse
 import sys
 import tempfile
@@ -26,7 +29,7 @@ from chipwise.importing.run import imported
 from support.glyph_shapes import Font, fonts
 
 SHARE, TOLERANCE = 1e-3, 0.01
-LEAST = 0.01                # mm2: smaller loops are dirt
+LEAST = 0.01  # mm2: smaller loops are dirt
 
 
 def wanted(path):
@@ -40,12 +43,12 @@ def judged(path, areas=None):
         found = imported(str(path), TOLERANCE, 1.0)
     except CycleError as error:
         return "refused", 0.0, str(error)
-    except Exception as error:                      # nothing but a sentence may come out
+    except Exception as error:  # nothing but a sentence may come out
         return "wrong", 1.0, repr(error)
     got = sorted((area for layer in found.layers for area in layer.areas), reverse=True)
     try:
         whole = wanted(str(path))
-    except Exception as error:                      # of the oracle: the drawing is not judged
+    except Exception as error:  # of the oracle: the drawing is not judged
         return "not judged", 0.0, repr(error)
     off = abs(sum(got) - whole) / max(whole, LEAST)
     if areas is not None:
@@ -58,15 +61,18 @@ def judged(path, areas=None):
 
 def table(count, first):
     """Rows of drawings in the manner of programs."""
+
     def told(path, areas):
         verdict, off, text = judged(path, areas)
         return {"refused": "said", "not judged": "wrong"}.get(verdict, verdict), off, text
+
     return tabled(MANNERS, drawing, told, range(first, first + count), ".svg")
 
 
 def letter(seed, path):
     """Writes a word as its outlines, as programs write text as paths; its font."""
     from fontTools.pens.svgPathPen import SVGPathPen
+
     rng, known = np.random.default_rng([seed, 48]), sorted(fonts().items())
     name, file = known[int(rng.integers(len(known)))]
     font, words, at = Font(file), [], 0.0
@@ -78,8 +84,11 @@ def letter(seed, path):
         at += 3.0 * font.unit
     scale = float(rng.uniform(10, 60)) / font.unit
     with open(path, "w", encoding="utf-8") as out:
-        out.write(f'<svg xmlns="http://www.w3.org/2000/svg" width="999mm" height="200mm" viewBox="0 0 999 200"><g transform="translate(5 100) scale({scale:.9f} {-scale:.9f})">'
-                  f'{"".join(words)}</g></svg>')
+        out.write(
+            f'<svg xmlns="http://www.w3.org/2000/svg" width="999mm" height="200mm" viewBox="0 0 999 200"><g '
+            f'transform="translate(5 100) scale({scale:.9f} {-scale:.9f})">'
+            f"{''.join(words)}</g></svg>"
+        )
     return name
 
 
@@ -100,7 +109,9 @@ def letters(count, first):
 
 def others(names):
     """Drawings of others, one by one."""
-    paths = [path for name in names for path in (sorted(Path(name).rglob("*.svg")) if Path(name).is_dir() else [Path(name)])]
+    paths = [
+        path for name in names for path in (sorted(Path(name).rglob("*.svg")) if Path(name).is_dir() else [Path(name)])
+    ]
     count, worst = Counter(), 0.0
     for path in paths:
         verdict, off, text = judged(path)

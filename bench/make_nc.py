@@ -5,6 +5,7 @@ Run by hand after a change; bench/bench_time.py runs what lies there.  Every pro
 120 x 80 x 12 mm with work zero at its lower left corner on the top face, T1 (6 mm flat) and
 mode 2: the removal rate is to be the target wherever the ceiling lets it.
 """
+
 import math
 from pathlib import Path
 
@@ -25,9 +26,11 @@ PROGRAMS = {}
 
 def program(title, q=8, ceiling=5000, tolerance="P0.01"):
     """Registers a function that gives the lines of a program under its own name."""
+
     def keep(make):
         PROGRAMS[make.__name__] = (HEAD.format(title=title, q=q, ceiling=ceiling, tolerance=tolerance), make)
         return make
+
     return keep
 
 
@@ -52,20 +55,20 @@ def entry():
 @program("10 % radial, then a step to 100 %, on straight lines")
 def step():
     out = []
-    out += start(-10, -2.4, -4) + cut((60, -2.4)) + ["G0 Z5"]       # 0.6 mm of the edge
-    out += start(-10, 40, -4) + cut((50, 40)) + ["G0 Z5"]           # a slot to step beside
-    out += start(-10, 40.6, -4) + cut((110, 40.6)) + ["G0 Z5"]      # 10 % up to X 50, then full
+    out += start(-10, -2.4, -4) + cut((60, -2.4)) + ["G0 Z5"]  # 0.6 mm of the edge
+    out += start(-10, 40, -4) + cut((50, 40)) + ["G0 Z5"]  # a slot to step beside
+    out += start(-10, 40.6, -4) + cut((110, 40.6)) + ["G0 Z5"]  # 10 % up to X 50, then full
     out += start(-10, 20, -4) + cut((50, 20)) + ["G0 Z5"]
-    out += start(-10, 23, -4) + cut((110, 23)) + ["G0 Z5"]          # 50 %, then full
+    out += start(-10, 23, -4) + cut((110, 23)) + ["G0 Z5"]  # 50 %, then full
     return out
 
 
 @program("walls left by earlier cuts, met square and at 30 degrees, and islands of stock between slots")
 def wall():
     out = []
-    for x in (20, 40, 60, 80, 100):                                 # slots across
+    for x in (20, 40, 60, 80, 100):  # slots across
         out += start(x, -6, -4) + cut((x, 86)) + ["G0 Z5"]
-    out += start(-10, 20, -4) + cut((130, 20)) + ["G0 Z5"]          # through ribs of 14 mm
+    out += start(-10, 20, -4) + cut((130, 20)) + ["G0 Z5"]  # through ribs of 14 mm
     a = math.radians(30)
     out += start(-10, 30, -4) + cut((-10 + 100 * math.cos(a), 30 + 100 * math.sin(a))) + ["G0 Z5"]
     return out
@@ -74,9 +77,9 @@ def wall():
 @program("arcs: in from air, over a wall, a side cut that becomes a full slot")
 def arcs():
     out = []
-    out += start(30, -15, -4)                                       # half circle in from the edge
+    out += start(30, -15, -4)  # half circle in from the edge
     out += ["G1 X30 Y-10", "G3 X30 Y50 I0 J30", "G0 Z5"]
-    out += start(80, -6, -4) + cut((80, 86)) + ["G0 Z5"]            # a slot the next arc crosses
+    out += start(80, -6, -4) + cut((80, 86)) + ["G0 Z5"]  # a slot the next arc crosses
     out += start(60, 90, -4)
     out += ["G1 X60 Y84", "G3 X60 Y24 I0 J-30", "G3 X84 Y48 I0 J24", "G1 Y90", "G0 Z5"]
     return out
@@ -101,8 +104,7 @@ def cam01():
     return out
 
 
-@program("corners through G64 blends: a zigzag of full width, then a square spiral at half width",
-         tolerance="P0.1")
+@program("corners through G64 blends: a zigzag of full width, then a square spiral at half width", tolerance="P0.1")
 def corners():
     out = start(-10, 10, -4) + cut((50, 10), (50, 22), (10, 22), (10, 34), (50, 34)) + ["G0 Z5"]
     out += start(90, 40, 1) + ["G1 Z-4"]

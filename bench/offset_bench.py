@@ -13,6 +13,7 @@ speed: time over size, beside cavalier_contours and Clipper in the same run.
 size: elements against cavalier_contours, areas against pyclipper.
 rings: ten offsets of one outline.
 """
+
 import argparse
 import json
 import math
@@ -28,8 +29,7 @@ from support import second_oracles
 from chipwise.geometry.base import elements
 from chipwise.geometry.base.contour import ArcElement, LineElement, make_contour
 from chipwise.geometry.offset.kernel import LEFT, RIGHT, offset_contour
-from support.contour_judge import (count_from_environment, seed_from_environment, variants, verdict,
-                           write_replay)
+from support.contour_judge import count_from_environment, seed_from_environment, variants, verdict, write_replay
 from support.contour_random import contour_case
 from support.contour_shapes import rounded_square
 
@@ -67,9 +67,19 @@ def ring_outline(n, seed=1):
 def judge_range(job):
     """Counters of cases first..last-1 of one kind."""
     kind, first, last, every = job
-    total = dict(contours=0, offsets=0, variants=0, alarms=0, wrong=0, variant_findings=0,
-                 kernel_s=0.0, worst_gouge_mm=0.0, worst_round_trip_mm=0.0,
-                 lost_paths=0, replays=[])
+    total = dict(
+        contours=0,
+        offsets=0,
+        variants=0,
+        alarms=0,
+        wrong=0,
+        variant_findings=0,
+        kernel_s=0.0,
+        worst_gouge_mm=0.0,
+        worst_round_trip_mm=0.0,
+        lost_paths=0,
+        replays=[],
+    )
     for seed in range(first, last):
         parts, radius = contour_case(seed, kind)
         total["contours"] += 1
@@ -80,17 +90,15 @@ def judge_range(job):
             try:
                 contour = make_contour(parts)
                 result = offset_contour(contour, side, radius)
-                _ = result.rough, result.inaccessible       # both are made when they are asked for
+                _ = result.rough, result.inaccessible  # both are made when they are asked for
             except Exception:
                 total["alarms"] += 1
             total["kernel_s"] += time.perf_counter() - begin
             if result is not None:
                 shape = oracle.from_elements(contour.elements)
                 path = [el for p in result.paths for el in oracle.from_elements(p.elements)]
-                total["worst_gouge_mm"] = max(total["worst_gouge_mm"],
-                                              oracle.gouge(shape, radius, path, 0.1))
-                total["worst_round_trip_mm"] = max(total["worst_round_trip_mm"],
-                                                   deepest_rough(shape, side, result))
+                total["worst_gouge_mm"] = max(total["worst_gouge_mm"], oracle.gouge(shape, radius, path, 0.1))
+                total["worst_round_trip_mm"] = max(total["worst_round_trip_mm"], deepest_rough(shape, side, result))
             found = verdict(parts, side, radius)
             count, different = (0, []) if seed % every else variants(parts, side, radius)
             total["variants"] += count
@@ -98,29 +106,29 @@ def judge_range(job):
             total["lost_paths"] += any("lost" in text for text in found)
             total["variant_findings"] += len(different)
             if found or different:
-                total["replays"].append(str(write_replay(kind, seed, parts, side, radius,
-                                                         found + different)))
+                total["replays"].append(str(write_replay(kind, seed, parts, side, radius, found + different)))
     return total
 
 
 def deepest_rough(shape, side, result):
     """Largest depth (mm) of the rough shapes inside the finish shape."""
     edges = [oracle.from_elements(rough.elements) for rough in result.rough]
-    return max((oracle.inside_material(shape, side, edge, 0.3) for edge in edges if edge),
-               default=0.0)
+    return max((oracle.inside_material(shape, side, edge, 0.3) for edge in edges if edge), default=0.0)
 
 
 def bench_random(count, jobs, every):
     first, table = seed_from_environment(), {}
     for kind in KINDS:
         step = max(1, min(25, count // jobs))
-        ranges = [(kind, k, min(k + step, first + count), every)
-                  for k in range(first, first + count, step)]
+        ranges = [(kind, k, min(k + step, first + count), every) for k in range(first, first + count, step)]
         begin = time.perf_counter()
         with ProcessPoolExecutor(jobs) as pool:
             rows = list(pool.map(judge_range, ranges))
-        merged = {key: (max if key.startswith("worst") else sum)(row[key] for row in rows)
-                  for key in rows[0] if key != "replays"}
+        merged = {
+            key: (max if key.startswith("worst") else sum)(row[key] for row in rows)
+            for key in rows[0]
+            if key != "replays"
+        }
         merged["replays"] = [name for row in rows for name in row["replays"]]
         merged["kernel_ms_per_offset"] = 1e3 * merged.pop("kernel_s") / merged["offsets"]
         merged["wall_s"] = time.perf_counter() - begin
@@ -164,15 +172,19 @@ def bench_speed(sizes=SIZES):
         shape = oracle.from_elements(contour.elements)
         for radius in (1.0, 5.0, 20.0):
             for side, name in ((LEFT, "inside"), (RIGHT, "outside")):
+
                 def work():
                     result = offset_contour(make_contour(parts), side, radius)
                     return result, result.rough, result.inaccessible
+
                 ours.append(best(work, again)[0])
                 rows[f"R{radius:g} {name} ms"] = ours[-1]
                 path.append(best(lambda: offset_contour(contour, side, radius), again)[0])
                 if cavalier:
-                    jobs = {"cavalier": second_oracles.cavalier_job(cavalier, shape, side, radius),
-                            "clipper": second_oracles.clipper_job(clipper, shape, side, radius)[0]}
+                    jobs = {
+                        "cavalier": second_oracles.cavalier_job(cavalier, shape, side, radius),
+                        "clipper": second_oracles.clipper_job(clipper, shape, side, radius)[0],
+                    }
                     for library, job in jobs.items():
                         others.setdefault(library, []).append(best(job, 3)[0])
         rows["make_contour ms"] = best(lambda: make_contour(parts), 3)[0]
@@ -204,8 +216,7 @@ def bench_size(count):
                 paths = offset_contour(contour, side, radius).paths
                 area = sum(elements.area(p.elements) for p in paths)
                 slack = 1e-2 + 2e-3 * (second_oracles.perimeter(shape) + 7.0 * radius)
-                clipper_off += int(abs(area - second_oracles.clipper_area(clipper, shape, side,
-                                                                          radius)) > slack)
+                clipper_off += int(abs(area - second_oracles.clipper_area(clipper, shape, side, radius)) > slack)
                 other = second_oracles.cavalier_paths(cavalier, shape, side, radius)
                 if len(other) != len(paths):
                     other_count += 1
@@ -215,10 +226,16 @@ def bench_size(count):
                 n, m = sum(len(p.elements) for p in paths), sum(k for k, _ in other)
                 ours, theirs = ours + n, theirs + m
                 worst = max(worst, n / m if m >= 10 else 0.0)
-    rows = {"offsets compared": compared, "other number of paths": other_count,
-            "area differs from cavalier": area_off, "area differs from clipper": clipper_off,
-            "elements": ours, "elements of cavalier": theirs, "ratio": ours / theirs,
-            "largest ratio of one case": worst}
+    rows = {
+        "offsets compared": compared,
+        "other number of paths": other_count,
+        "area differs from cavalier": area_off,
+        "area differs from clipper": clipper_off,
+        "elements": ours,
+        "elements of cavalier": theirs,
+        "ratio": ours / theirs,
+        "largest ratio of one case": worst,
+    }
     show("size and area against other libraries", rows)
     return rows
 
@@ -230,6 +247,7 @@ def bench_rings():
     def work():
         contour = make_contour(parts)
         return [offset_contour(contour, LEFT, 2.0 * k) for k in range(1, 11)]
+
     ms, results = best(work, 5)
     contour = make_contour(parts)
     shape = oracle.from_elements(contour.elements)
@@ -240,11 +258,14 @@ def bench_rings():
         deviation = max(deviation, float(np.max(2.0 * k - gap)))
     drift = 0.0
     for k in range(1, 11):
-        path, = offset_contour(rounded_square(60, 25), LEFT, 2.0 * k).paths
+        (path,) = offset_contour(rounded_square(60, 25), LEFT, 2.0 * k).paths
         length = float(elements.lengths(path.elements).sum())
         drift = max(drift, abs(length - (40.0 + 2.0 * math.pi * (25.0 - 2.0 * k))))
-    rows = {"ten rings of 200 elements ms": ms, "deepest gouge mm": deviation,
-            "length error of ten exact rings mm": drift}
+    rows = {
+        "ten rings of 200 elements ms": ms,
+        "deepest gouge mm": deviation,
+        "length error of ten exact rings mm": drift,
+    }
     show("rings", rows)
     return rows
 
@@ -252,22 +273,25 @@ def bench_rings():
 def show(title, rows):
     print(title)
     for key, value in rows.items():
-        print(f"    {key:34} {value:.4g}" if isinstance(value, float) else f"    {key:34} {value}",
-              flush=True)
+        print(f"    {key:34} {value:.4g}" if isinstance(value, float) else f"    {key:34} {value}", flush=True)
 
 
 def main():
     arguments = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     arguments.add_argument("--count", type=int, default=count_from_environment(5000))
     arguments.add_argument("--jobs", type=int, default=max(1, (os.cpu_count() or 2) - 1))
-    arguments.add_argument("--variants", type=int, default=1, metavar="N",
-                           help="judge the variants of every Nth random contour")
+    arguments.add_argument(
+        "--variants", type=int, default=1, metavar="N", help="judge the variants of every Nth random contour"
+    )
     arguments.add_argument("--only", default="speed,rings,size,random")
     given = arguments.parse_args()
     made = {"count": given.count, "seed": seed_from_environment()}
-    runs = dict(speed=bench_speed, rings=bench_rings,
-                size=lambda: bench_size(min(given.count, 1000)),
-                random=lambda: bench_random(given.count, given.jobs, given.variants))
+    runs = dict(
+        speed=bench_speed,
+        rings=bench_rings,
+        size=lambda: bench_size(min(given.count, 1000)),
+        random=lambda: bench_random(given.count, given.jobs, given.variants),
+    )
     for name in given.only.split(","):
         made[name] = runs[name]()
         (ROOT / "build").mkdir(exist_ok=True)

@@ -27,12 +27,12 @@ from chipwise.geometry.base.contour import make_contour
 from chipwise.geometry.pocket.machinable import split
 from support.island_random import random_islands
 
-sys.path.append(str(ROOT / "tools" / "pictures"))                 # the drawing of the pictures
+sys.path.append(str(ROOT / "tools" / "pictures"))  # the drawing of the pictures
 
-from pockets import STRATEGIES, demo_pocket    # noqa: E402
+from pockets import STRATEGIES, demo_pocket  # noqa: E402
 
 CELLS_PER_RADIUS = 12
-PROBES = 90                 # on the front half circle
+PROBES = 90  # on the front half circle
 FULL_DEGREES = 150.0
 SEED = 5000
 
@@ -42,12 +42,14 @@ class Raster:
 
     def __init__(self, fields, radius):
         self.radius, self.cell = radius, radius / CELLS_PER_RADIUS
-        low, high = (np.array([corner(part, axis=0) for part in (elements.boxes(f.boundary)[k] for f in fields)])
-                     for k, corner in ((0, np.min), (1, np.max)))
+        low, high = (
+            np.array([corner(part, axis=0) for part in (elements.boxes(f.boundary)[k] for f in fields)])
+            for k, corner in ((0, np.min), (1, np.max))
+        )
         self.low = low.min(axis=0) - 2.0 * radius
         self.stock = np.ones(np.ceil((high.max(axis=0) + 2.0 * radius - self.low) / self.cell).astype(int) + 1, bool)
         n = CELLS_PER_RADIUS + 2
-        i, j = np.mgrid[-n:n + 1, -n:n + 1]
+        i, j = np.mgrid[-n : n + 1, -n : n + 1]
         self.offset = np.stack((i.ravel(), j.ravel()), axis=1)
         angle = (np.arange(PROBES) + 0.5) * math.pi / PROBES - 0.5 * math.pi
         self.ahead = np.stack((np.cos(angle), np.sin(angle)), axis=1)
@@ -102,12 +104,20 @@ def measure(strategy, fields, radius, step, direction=0.0, climb=True):
             raster.clear(place)
     degrees, width, size = np.array(rows).T if rows else np.zeros((3, 1))
     cutting = size * (degrees > 2.0)
-    return {"plan_ms": 1e3 * seconds, "tracks": len(tracks), "entries": entries, "lifted_mm": lifted,
-            "length_mm": float(sum(t.length for t in tracks)), "cutting_mm": float(cutting.sum()),
-            "mean_degrees": _mean(degrees, cutting), "most_degrees": float(degrees.max()),
-            "mean_width_mm": _mean(width, cutting), "most_width_mm": float(width.max()),
-            "full_share": float((size * (degrees > FULL_DEGREES)).sum() / max(cutting.sum(), 1e-9)),
-            "ratio": float(sum(t.length for t in tracks)) * step / max(_reach(fields, radius), 1e-9)}
+    return {
+        "plan_ms": 1e3 * seconds,
+        "tracks": len(tracks),
+        "entries": entries,
+        "lifted_mm": lifted,
+        "length_mm": float(sum(t.length for t in tracks)),
+        "cutting_mm": float(cutting.sum()),
+        "mean_degrees": _mean(degrees, cutting),
+        "most_degrees": float(degrees.max()),
+        "mean_width_mm": _mean(width, cutting),
+        "most_width_mm": float(width.max()),
+        "full_share": float((size * (degrees > FULL_DEGREES)).sum() / max(cutting.sum(), 1e-9)),
+        "ratio": float(sum(t.length for t in tracks)) * step / max(_reach(fields, radius), 1e-9),
+    }
 
 
 def _mean(value, weight):
@@ -116,7 +126,9 @@ def _mean(value, weight):
 
 def _reach(fields, radius):
     """Area (mm2) the tool reaches, nearly: region, a band of radius along its contours, and its corners."""
-    return sum(f.area + radius * sum(elements.lengths(c).sum() for c in f.contours) + math.pi * radius ** 2 for f in fields)
+    return sum(
+        f.area + radius * sum(elements.lengths(c).sum() for c in f.contours) + math.pi * radius**2 for f in fields
+    )
 
 
 def pockets(count):
@@ -128,15 +140,23 @@ def pockets(count):
         radius = min(max(radius, 1.5), 3.0)
         contours = [make_contour(parts) for parts in loops]
         fields = split(contours[0], contours[1:], radius)
-        if sum(f.area for f in fields) > 40.0 * radius ** 2:
+        if sum(f.area for f in fields) > 40.0 * radius**2:
             found += 1
             yield fields, radius
 
 
-COLUMNS = (("length_mm", "length", "%.0f"), ("ratio", "x area/D", "%.2f"), ("entries", "entries", "%.1f"),
-           ("tracks", "tracks", "%.1f"), ("mean_degrees", "mean deg", "%.0f"), ("most_degrees", "most deg", "%.0f"),
-           ("mean_width_mm", "mean ae", "%.2f"), ("most_width_mm", "most ae", "%.2f"), ("full_share", "full width", "%.3f"),
-           ("plan_ms", "plan ms", "%.0f"))
+COLUMNS = (
+    ("length_mm", "length", "%.0f"),
+    ("ratio", "x area/D", "%.2f"),
+    ("entries", "entries", "%.1f"),
+    ("tracks", "tracks", "%.1f"),
+    ("mean_degrees", "mean deg", "%.0f"),
+    ("most_degrees", "most deg", "%.0f"),
+    ("mean_width_mm", "mean ae", "%.2f"),
+    ("most_width_mm", "most ae", "%.2f"),
+    ("full_share", "full width", "%.3f"),
+    ("plan_ms", "plan ms", "%.0f"),
+)
 
 
 def show(title, figures):
@@ -160,10 +180,14 @@ def main():
     for fields, radius in pockets(args.count):
         for name, strategy in STRATEGIES.items():
             many[name].append(measure(strategy, fields, radius, args.step * radius))
-    medians = {name: {key: float(np.median([row[key] for row in rows])) for key in rows[0]} for name, rows in many.items()}
+    medians = {
+        name: {key: float(np.median([row[key] for row in rows])) for key in rows[0]} for name, rows in many.items()
+    }
     show(f"{args.count} random pockets with islands, step-over {args.step:g} tool radii, medians", medians)
     if args.json:
-        Path(args.json).write_text(json.dumps({"step_radii": args.step, "demo": demo, "random_medians": medians}, indent=1))
+        Path(args.json).write_text(
+            json.dumps({"step_radii": args.step, "demo": demo, "random_medians": medians}, indent=1)
+        )
 
 
 if __name__ == "__main__":

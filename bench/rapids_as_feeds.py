@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Ten programs in the manner of a CAM system whose free licence writes rapids as G1 at the feed of the cut.
 
-Called by bench_air.py.  Each is a list of moves, posted twice: with G0, and with G1 in its place.  Sizes, heights, feeds and tools are odd and come
-from the seed; every other program is in inches.  mm, mm/min; the stock's top is Z0, its corner at (20, 20).
+Called by bench_air.py.  Each is a list of moves, posted twice: with G0, and with G1 in its place.  Sizes, heights,
+feeds and tools are odd and come from the seed; every other program is in inches.  mm, mm/min; the stock's top is Z0,
+its corner at (20, 20).
 """
+
 import math
 import random
 from dataclasses import dataclass, field
 
-import roots                    # noqa: F401  puts tests/ and remap/ on the path
+import roots  # noqa: F401  puts tests/ and remap/ on the path
 from chipwise.errors import MM_PER_INCH
 from support.judge import Blank, Tool, ball
 
@@ -17,8 +19,10 @@ PLACE = 20.0
 
 @dataclass
 class Job:
-    """name; inch; size: of the stock; tools: {number: (Tool, length)}; moves: ("tool", n) | ("rapid", x, y, z) | ("line", x, y, z, f) |
+    """name; inch; size: of the stock; tools: {number: (Tool, length)}; moves: ("tool", n) | ("rapid", x, y, z) |
+    ("line", x, y, z, f) |
     ("arc", clockwise, x, y, z, i, j, f); None: as before."""
+
     name: str
     inch: bool
     size: tuple
@@ -32,8 +36,13 @@ class Job:
     def text(self, rapids):
         """G-code: rapids as G0, or as G1 at the F of the tool's cut."""
         unit = MM_PER_INCH if self.inch else 1.0
-        lines = ["%", f"({self.name.upper()})", "(WHEN USING FUSION FOR PERSONAL USE, THE FEEDRATE OF RAPID MOVES IS REDUCED TO MATCH THE FEEDRATE OF CUTTING MOVES)",
-                 f"G90 G94 G17 G{20 if self.inch else 21} G64 P{0.02 / unit:.4f}"]
+        lines = [
+            "%",
+            f"({self.name.upper()})",
+            "(WHEN USING FUSION FOR PERSONAL USE, THE FEEDRATE OF RAPID MOVES IS REDUCED TO MATCH THE FEEDRATE OF "
+            "CUTTING MOVES)",
+            f"G90 G94 G17 G{20 if self.inch else 21} G64 P{0.02 / unit:.4f}",
+        ]
         cut = 600.0
         for kind, *values in self.moves:
             if kind == "tool":
@@ -41,7 +50,11 @@ class Job:
                 lines += [f"T{number} M6", "S9000 M3", f"G43 H{number}"]
                 continue
             f, words = (None if kind == "rapid" else values.pop()), ""
-            code = {"rapid": "G0" if rapids else "G1", "line": "G1", "arc": "G2" if kind == "arc" and values[0] else "G3"}[kind]
+            code = {
+                "rapid": "G0" if rapids else "G1",
+                "line": "G1",
+                "arc": "G2" if kind == "arc" and values[0] else "G3",
+            }[kind]
             if kind == "arc":
                 values = values[1:]
             for letter, value in zip("XYZIJ", values):
@@ -72,7 +85,8 @@ class Path:
         self.job.moves.append(("arc", clockwise, x, y, z, i, j, f or self.cut))
 
     def circle(self, x, y, r, clockwise=False):
-        """From wherever the tool is to (x + r, y), and round about (x, y) in two halves; r below 0 begins on the other side."""
+        """From wherever the tool is to (x + r, y), and round about (x, y) in two halves; r below 0 begins on the other
+        side."""
         self.line(x + r, y, f=self.lead)
         self.arc(clockwise, x - r, y, -r, 0.0)
         self.arc(clockwise, x + r, y, r, 0.0)
@@ -152,8 +166,12 @@ def outline(rng, inch):
         p.line(z=low, f=p.plunge)
         p.line(0.5 * (a + b) - 7.0, a - 12.0, f=p.lead)
         p.arc(True, 0.5 * (a + b), a - 5.0, 7.0, 0.0, f=p.lead)
-        for (x, y), (u, v), (i, j) in (((b - r, a - 5.0), (b + 5.0, a + r), (0.0, r + 5.0)), ((b + 5.0, 41.0 - r), (b - r, 46.0), (-r - 5.0, 0.0)),
-                                       ((a + r, 46.0), (a - 5.0, 41.0 - r), (0.0, -r - 5.0)), ((a - 5.0, a + r), (a + r, a - 5.0), (r + 5.0, 0.0))):
+        for (x, y), (u, v), (i, j) in (
+            ((b - r, a - 5.0), (b + 5.0, a + r), (0.0, r + 5.0)),
+            ((b + 5.0, 41.0 - r), (b - r, 46.0), (-r - 5.0, 0.0)),
+            ((a + r, 46.0), (a - 5.0, 41.0 - r), (0.0, -r - 5.0)),
+            ((a - 5.0, a + r), (a + r, a - 5.0), (r + 5.0, 0.0)),
+        ):
             p.line(x, y)
             p.arc(False, u, v, i, j)
         p.line(0.5 * (a + b), a - 5.0)

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Where the rings of P0 work the tool hard, and what loops in their corners would cost; the nine pockets of bench_engagement.py, by its judge.
+"""Where the rings of P0 work the tool hard, and what loops in their corners would cost; the nine pockets of
+bench_engagement.py, by its judge.
 
     /usr/bin/python3 bench/ring_corners.py
 
-A corner: the path turns left by more than 45 degrees; what lies within a tool radius of one is the corner's.  A loop: a circle of half a tool radius, the
-least that rounds a corner of a ring.
+A corner: the path turns left by more than 45 degrees; what lies within a tool radius of one is the corner's.  A loop: a
+circle of half a tool radius, the least that rounds a corner of a ring.
 """
+
 import math
 
 import numpy as np
@@ -21,7 +23,7 @@ from support.engagement_shapes import SHAPES
 
 RADIUS, STEP = 3.0, 2.4
 TURN, LOOP = 45.0, 0.5
-ABOVE = 1.1                 # times nominal
+ABOVE = 1.1  # times nominal
 
 
 def corners(chain):
@@ -35,7 +37,8 @@ def corners(chain):
 
 
 def figures(loops):
-    """(mm of the path, in stock, full slot, of that in corners, above ABOVE times nominal in corners, number of corners)."""
+    """(mm of the path, in stock, full slot, of that in corners, above ABOVE times nominal in corners, number of
+    corners)."""
     contours, found = [make_contour(parts) for parts in loops], np.zeros(6)
     for region in split(contours[0], contours[1:], RADIUS):
         chain = elements.join([track.elements for track in contour_parallel(region, RADIUS, STEP, 0.0, True)])
@@ -43,7 +46,11 @@ def figures(loops):
         rows = engagement_judge.exact(rows_of(chain), np.ones(len(chain), bool), RADIUS)
         near = (np.hypot(*(rows[:, None, 1:3] - at[None]).transpose(2, 0, 1)) < RADIUS).any(axis=1)
         full, above = rows[:, 4] > engagement_judge.FULL, rows[:, 4] > ABOVE * math.acos(1.0 - STEP / RADIUS)
-        found += (float(elements.lengths(chain).sum()), *(rows[which, 5].sum() for which in (rows[:, 4] > engagement_judge.AIR, full, full & near, above & near)), len(at))
+        found += (
+            float(elements.lengths(chain).sum()),
+            *(rows[which, 5].sum() for which in (rows[:, 4] > engagement_judge.AIR, full, full & near, above & near)),
+            len(at),
+        )
     return found
 
 
@@ -53,9 +60,14 @@ def main():
         path, stock, full, there, above, count = figures(loops)
         more = count * 2.0 * math.pi * LOOP * RADIUS
         shares.append((full / stock, there / full, above / stock, more / path))
-        print(f"{name}: path {path:.0f} mm, full slot {full:.0f} mm, of that {there:.0f} mm in {count:.0f} corners; loops would add {more:.0f} mm")
-    print("medians: full slot %.1f %% of the path in stock, %.0f %% of it in corners; above nominal in corners %.0f %%; loops would add %.0f %% of the path"
-          % tuple(100.0 * np.median(np.array(shares), axis=0)))
+        print(
+            f"{name}: path {path:.0f} mm, full slot {full:.0f} mm, of that {there:.0f} mm in {count:.0f} corners; "
+            f"loops would add {more:.0f} mm"
+        )
+    print(
+        "medians: full slot %.1f %% of the path in stock, %.0f %% of it in corners; above nominal in corners %.0f %%; "
+        "loops would add %.0f %% of the path" % tuple(100.0 * np.median(np.array(shares), axis=0))
+    )
 
 
 if __name__ == "__main__":

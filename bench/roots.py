@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Puts remap/ (the package) and tests/ (tests/support) on sys.path; the first import of our own in every benchmark."""
+
 import sys
 from pathlib import Path
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Many links of random surfaces, judged apart: whether one meets stock.  Called by bench_surface.py."""
+
 import dataclasses
 import json
 import sys
@@ -15,7 +16,7 @@ from chipwise.surface.model import Placing
 from support import link_judge, random_cases, surface_cases, surface_judge
 
 START = (-5.0, -5.0, 20.0)
-A_NEEDLE = 12.0         # needles a mm2
+A_NEEDLE = 12.0  # needles a mm2
 
 
 def triangles(rng):
@@ -25,7 +26,9 @@ def triangles(rng):
     if kind == 0:
         x, y = np.linspace(0, size[0], 25), np.linspace(0, size[1], 25)
         wave = rng.uniform(0.2, 1.5, 2)
-        return surface_cases.terrain(x, y, rng.uniform(0.3, 3) * np.sin(wave[0] * x + rng.uniform(0, 6))[None, :] * np.cos(wave[1] * y)[:, None])
+        return surface_cases.terrain(
+            x, y, rng.uniform(0.3, 3) * np.sin(wave[0] * x + rng.uniform(0, 6))[None, :] * np.cos(wave[1] * y)[:, None]
+        )
     if kind == 1:
         low = rng.uniform(0.5, 3, 2)
         block = surface_cases.box((*low, 0), (*(low + rng.uniform(1, 4, 2)), rng.uniform(0.5, 4)))
@@ -42,32 +45,64 @@ def request(rng, file, number):
     corner, tip = [(0, 0), (diameter / 2, 0), (diameter / 5, 0), (0, 60), (diameter / 6, 20)][rng.integers(0, 5)]
     levels = rng.random() < 0.3
     made = SurfaceRequest(
-        file=file, stamp=(number,), placing=Placing(), bottom=None, clearance=None, tool=Shape(diameter, corner, tip), step=float(rng.uniform(0.1, 0.4)) * diameter,
-        feed=1500.0, plunge_feed=600.0, start=START, stock_is_model=True, direction=float(rng.integers(0, 360)), relief=float(rng.choice([0.1, 0.3, 1.0, 1.5])),
-        link=2 if levels and rng.random() < 0.3 else 1, cell=float(rng.choice([0.1, 0.15, 0.25])), tolerance=0.03, climb=bool(rng.integers(0, 2)),
-        allowance=float(rng.choice([0.0, 0.2])), depth=float(rng.uniform(0.5, 2)) if levels else None)
+        file=file,
+        stamp=(number,),
+        placing=Placing(),
+        bottom=None,
+        clearance=None,
+        tool=Shape(diameter, corner, tip),
+        step=float(rng.uniform(0.1, 0.4)) * diameter,
+        feed=1500.0,
+        plunge_feed=600.0,
+        start=START,
+        stock_is_model=True,
+        direction=float(rng.integers(0, 360)),
+        relief=float(rng.choice([0.1, 0.3, 1.0, 1.5])),
+        link=2 if levels and rng.random() < 0.3 else 1,
+        cell=float(rng.choice([0.1, 0.15, 0.25])),
+        tolerance=0.03,
+        climb=bool(rng.integers(0, 2)),
+        allowance=float(rng.choice([0.0, 0.2])),
+        depth=float(rng.uniform(0.5, 2)) if levels else None,
+    )
     return made if rng.random() < 0.7 else rest(rng, made)
 
 
 def rest(rng, made):
-    """What a tool of twice to three times the diameter has left, zigzag or not; one half of them has been cut in another direction."""
+    """What a tool of twice to three times the diameter has left, zigzag or not; one half of them has been cut in
+    another direction."""
     large = Shape(float(rng.uniform(2, 3)) * made.tool.diameter, 0.0)
-    before = dataclasses.replace(made, tool=dataclasses.replace(large, corner_radius=float(rng.choice([0.0, 0.5])) * large.diameter), step=0.3 * large.diameter)
-    least, link, turn = float(rng.uniform(0.05, 0.2)), int(rng.integers(1, 3)), float(rng.choice([0, rng.integers(1, 180)]))
+    before = dataclasses.replace(
+        made,
+        tool=dataclasses.replace(large, corner_radius=float(rng.choice([0.0, 0.5])) * large.diameter),
+        step=0.3 * large.diameter,
+    )
+    least, link, turn = (
+        float(rng.uniform(0.05, 0.2)),
+        int(rng.integers(1, 3)),
+        float(rng.choice([0, rng.integers(1, 180)])),
+    )
     before = dataclasses.replace(before, direction=(made.direction + turn) % 360)
     return dataclasses.replace(made, depth=None, allowance=0.0, least=least, link=link, earlier=(before,))
 
 
-EXACT = "G64 P0.002"    # of the cuts
-SPEED = 5               # of the simulated machine's time: the log loses samples on a busy computer
-LEAP = 0.25             # mm in a servo period, twice what the mill does: samples are missing
+EXACT = "G64 P0.002"  # of the cuts
+SPEED = 5  # of the simulated machine's time: the log loses samples on a busy computer
+LEAP = 0.25  # mm in a servo period, twice what the mill does: samples are missing
 
 
 def machine_seconds(plan, folder):
-    """(seconds of the links of a plan on the simulated mill, gaps in the log): lines with G0, the line after them, and a lift before."""
+    """(seconds of the links of a plan on the simulated mill, gaps in the log): lines with G0, the line after them, and
+    a lift before."""
     from chipwise.headless import runner
     from chipwise.gcode_lines import texts
-    lines = ["G21 G17 G40 G49 G54 G80 G90 G94 G91.1", EXACT, f"G0 Z{plan.clearance:.4f}", "G0 X{:.4f} Y{:.4f}".format(*plan.first)]
+
+    lines = [
+        "G21 G17 G40 G49 G54 G80 G90 G94 G91.1",
+        EXACT,
+        f"G0 Z{plan.clearance:.4f}",
+        "G0 X{:.4f} Y{:.4f}".format(*plan.first),
+    ]
     lines += [*texts(plan.moves, (*plan.first, plan.clearance), 1.0, 4, EXACT), "M2", ""]
     with open(f"{folder}/links.ngc", "w") as file:
         file.write("\n".join(lines))
@@ -79,11 +114,18 @@ def machine_seconds(plan, folder):
     spent, in_link, total, first = np.bincount(number, minlength=len(lines) + 1) * period, False, 0.0, True
     for k, line in enumerate(lines):
         if line.startswith("G0"):
-            if not in_link and lines[k - 1].startswith("G1") and lines[k - 1].split()[1:3] == line.split()[1:3] == lines[k - 2].split()[1:3]:
+            if (
+                not in_link
+                and lines[k - 1].startswith("G1")
+                and lines[k - 1].split()[1:3] == line.split()[1:3] == lines[k - 2].split()[1:3]
+            ):
                 total += spent[k]
             total, in_link = total + spent[k + 1], True
         elif line.startswith("G1") and in_link:
-            total, in_link = (0.0 if first else total + spent[k + 1]), False          # what leads to the first cut does not count
+            total, in_link = (
+                (0.0 if first else total + spent[k + 1]),
+                False,
+            )  # what leads to the first cut does not count
             first = False
     return total, int((np.linalg.norm(np.diff(place, axis=0), axis=1) > LEAP).sum())
 
@@ -92,12 +134,16 @@ def places(moves, depths, straight):
     """A line of text for each traverse that meets stock: how deep, and from where to where it goes."""
     made = (surface_judge.positions if straight else link_judge.rounded_positions)(moves, START)
     traverses = [points for is_rapid, points in made if is_rapid]
-    return [f"{depth:.3f} mm from X{a[0]:.3f} Y{a[1]:.3f} Z{a[2]:.3f} to X{b[0]:.3f} Y{b[1]:.3f} Z{b[2]:.3f}"
-            for depth, (a, *_, b) in zip(depths, traverses, strict=True) if depth > surface_judge.RIDGE]
+    return [
+        f"{depth:.3f} mm from X{a[0]:.3f} Y{a[1]:.3f} Z{a[2]:.3f} to X{b[0]:.3f} Y{b[1]:.3f} Z{b[2]:.3f}"
+        for depth, (a, *_, b) in zip(depths, traverses, strict=True)
+        if depth > surface_judge.RIDGE
+    ]
 
 
 def contacts(count, seed):
-    """(links, those that meet stock by more than the ridges of the judge, the deepest in mm): corners as they are, or rounded, by turns."""
+    """(links, those that meet stock by more than the ridges of the judge, the deepest in mm): corners as they are, or
+    rounded, by turns."""
     links, met, deepest, case = 0, 0, 0.0, seed
     with tempfile.TemporaryDirectory() as folder:
         while links < count:
@@ -115,12 +161,23 @@ def contacts(count, seed):
             straight = case % 2 == 0
             for moves, tool in before:
                 needles.follow(moves, START, tool)
-            depths = needles.follow(plan.moves, START, r.tool, surface_judge.positions if straight else link_judge.rounded_positions)
+            depths = needles.follow(
+                plan.moves, START, r.tool, surface_judge.positions if straight else link_judge.rounded_positions
+            )
             bad = sum(depth > surface_judge.RIDGE for depth in depths)
-            links, met, deepest = links + len(link_judge.links_of(plan.moves, START)) + 1, met + bad, max(deepest, max(depths))
+            links, met, deepest = (
+                links + len(link_judge.links_of(plan.moves, START)) + 1,
+                met + bad,
+                max(deepest, max(depths)),
+            )
             if bad:
                 where = random_cases.write_replay(f"surface_links_{case}", dict(dataclasses.asdict(r), seed=case))
-                print(f"seed {case}: {bad} contacts, {max(depths):.3f} mm deep; {where}", *places(plan.moves, depths, straight), sep="\n  ", file=sys.stderr)
+                print(
+                    f"seed {case}: {bad} contacts, {max(depths):.3f} mm deep; {where}",
+                    *places(plan.moves, depths, straight),
+                    sep="\n  ",
+                    file=sys.stderr,
+                )
             case += 1
     return links, met, deepest
 

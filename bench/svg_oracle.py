@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What an SVG draws, as rings of points: a reader written from the recommendation (SVG 1.1 and 2), apart from svgelements.  Called by import_svg.py.
+"""What an SVG draws, as rings of points: a reader written from the recommendation (SVG 1.1 and 2), apart from
+svgelements.  Called by import_svg.py.
 
-rings(path)     {layer: [points (n, 2) mm]} of the closed rings of all shapes that are shown, and the number of open ones
-Shown is what is neither hidden (display, visibility, fill and stroke both none) nor in defs, symbol, clipPath, mask, marker or pattern, unless a use shows it.
-Of style sheets only the selectors *, element, .class and #id are read.  y points down, and the origin is the corner of the page: areas do not ask.
+rings(path)     {layer: [points (n, 2) mm]} of the closed rings of all shapes that are shown, and the number of open
+ones Shown is what is neither hidden (display, visibility, fill and stroke both none) nor in defs, symbol, clipPath,
+mask, marker or pattern, unless a use shows it.  Of style sheets only the selectors *, element, .class and #id are read.
+y points down, and the origin is the corner of the page: areas do not ask.
 """
+
 import math
 import re
 import xml.etree.ElementTree as ET
@@ -12,9 +15,24 @@ import xml.etree.ElementTree as ET
 import numpy as np
 
 MM = {"": 25.4 / 96, "px": 25.4 / 96, "mm": 1.0, "cm": 10.0, "in": 25.4, "pt": 25.4 / 72, "pc": 25.4 / 6, "q": 0.25}
-UNSEEN = ("defs", "symbol", "clipPath", "mask", "marker", "pattern", "linearGradient", "radialGradient", "style", "metadata", "text", "title", "desc", "foreignObject")
-CURVE = 96                  # points on a curve
-SAGITTA = 2e-4              # mm, of an arc
+UNSEEN = (
+    "defs",
+    "symbol",
+    "clipPath",
+    "mask",
+    "marker",
+    "pattern",
+    "linearGradient",
+    "radialGradient",
+    "style",
+    "metadata",
+    "text",
+    "title",
+    "desc",
+    "foreignObject",
+)
+CURVE = 96  # points on a curve
+SAGITTA = 2e-4  # mm, of an arc
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 IDENTITY = np.eye(3)
 LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
@@ -56,7 +74,9 @@ def matrix(text):
             one = _moved(x, y) @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ _moved(-x, -y)
         else:
             slope = math.tan(math.radians(v[0]))
-            one = np.array([[1, slope if name == "skewX" else 0, 0], [slope if name == "skewY" else 0, 1, 0], [0, 0, 1]])
+            one = np.array(
+                [[1, slope if name == "skewX" else 0, 0], [slope if name == "skewY" else 0, 1, 0], [0, 0, 1]]
+            )
         found = found @ one
     return found
 
@@ -75,7 +95,10 @@ def viewport(element, width, height):
     x = y = 0.0
     if how[0] != "none":
         s = max(sx, sy) if "slice" in how else min(sx, sy)
-        x, y = ({"Min": 0.0, "Mid": 0.5, "Max": 1.0}[part] * (whole - s * size) for part, whole, size in ((how[0][1:4], width, box[2]), (how[0][5:8], height, box[3])))
+        x, y = (
+            {"Min": 0.0, "Mid": 0.5, "Max": 1.0}[part] * (whole - s * size)
+            for part, whole, size in ((how[0][1:4], width, box[2]), (how[0][5:8], height, box[3]))
+        )
         sx = sy = s
     return _moved(x, y) @ np.diag((sx, sy, 1.0)) @ _moved(-box[0], -box[1]), (box[2], box[3])
 
@@ -89,7 +112,9 @@ class _Page:
         self.styles = {}
         for one in root.iter():
             if _tag(one) == "style":
-                for names, rules in re.findall(r"([^{}]+)\{([^}]*)\}", re.sub(r"/\*.*?\*/", "", one.text or "", flags=re.S)):
+                for names, rules in re.findall(
+                    r"([^{}]+)\{([^}]*)\}", re.sub(r"/\*.*?\*/", "", one.text or "", flags=re.S)
+                ):
                     for name in names.split(","):
                         self.styles[name.strip()] = self.styles.get(name.strip(), "") + ";" + rules
 
@@ -97,7 +122,15 @@ class _Page:
         """The properties of an element."""
         found = {**around, "display": "inline"}
         found.update({key: element.get(key) for key in ("fill", "stroke", "display", "visibility") if element.get(key)})
-        rules = [self.styles.get(name, "") for name in ("*", _tag(element), *("." + c for c in (element.get("class") or "").split()), "#" + (element.get("id") or ""))]
+        rules = [
+            self.styles.get(name, "")
+            for name in (
+                "*",
+                _tag(element),
+                *("." + c for c in (element.get("class") or "").split()),
+                "#" + (element.get("id") or ""),
+            )
+        ]
         for rule in ";".join((*rules, element.get("style") or "")).split(";"):
             key, _, value = rule.partition(":")
             if value:
@@ -105,8 +138,8 @@ class _Page:
         return found
 
     def show(self, element, on, around, used, layer):
-        """An element and what is in it; on: matrix to user units of the page; used: size of the use that shows it; layer: as import
-        names it: the label or id of the outermost group that has one."""
+        """An element and what is in it; on: matrix to user units of the page; used: size of the use that shows it;
+        layer: as import names it: the label or id of the outermost group that has one."""
         tag, style = _tag(element), self.style(element, around)
         if style["display"] == "none" or tag in UNSEEN and not (tag == "symbol" and used is not None):
             return
@@ -118,9 +151,15 @@ class _Page:
         if tag == "use":
             self._use(element, on, style, layer)
         elif tag in ("svg", "g", "a", "symbol", "switch"):
-            for one in list(element)[:1] if tag == "switch" and len(element) and _tag(element[0]) != "foreignObject" else element:
+            for one in (
+                list(element)[:1]
+                if tag == "switch" and len(element) and _tag(element[0]) != "foreignObject"
+                else element
+            ):
                 self.show(one, on, style, None, layer)
-        elif style.get("visibility") not in ("hidden", "collapse") and (style.get("fill") != "none" or style.get("stroke", "none") != "none"):
+        elif style.get("visibility") not in ("hidden", "collapse") and (
+            style.get("fill") != "none" or style.get("stroke", "none") != "none"
+        ):
             self._shape(tag, element, on, layer)
         self.size = kept
 
@@ -132,7 +171,10 @@ class _Page:
             place = IDENTITY
         else:
             place = _moved(length(element.get("x"), outer[0]), length(element.get("y"), outer[1]))
-        size = [length((used or {}).get(key) or element.get(key) or "100%", whole) for key, whole in zip(("width", "height"), outer)]
+        size = [
+            length((used or {}).get(key) or element.get(key) or "100%", whole)
+            for key, whole in zip(("width", "height"), outer)
+        ]
         found, self.size = viewport(element, *size)
         return place @ found
 
@@ -140,7 +182,13 @@ class _Page:
         link = element.get("href") or element.get("{http://www.w3.org/1999/xlink}href") or ""
         target = self.known.get(link[1:])
         if target is not None:
-            self.show(target, on @ _moved(length(element.get("x"), self.size[0]), length(element.get("y"), self.size[1])), style, dict(element.attrib), layer)
+            self.show(
+                target,
+                on @ _moved(length(element.get("x"), self.size[0]), length(element.get("y"), self.size[1])),
+                style,
+                dict(element.attrib),
+                layer,
+            )
 
     def _shape(self, tag, element, on, layer):
         scale = math.sqrt(abs(np.linalg.det(on[:2, :2]))) * MM["px"]
@@ -167,7 +215,10 @@ def _nothing(element, size, scale):
 
 def _rect(element, size, scale):
     x, y, w, h = (length(element.get(key), whole) for key, whole in zip(("x", "y", "width", "height"), (*size, *size)))
-    rx, ry = (length(element.get(key), whole) if element.get(key) not in (None, "auto") else None for key, whole in zip(("rx", "ry"), size))
+    rx, ry = (
+        length(element.get(key), whole) if element.get(key) not in (None, "auto") else None
+        for key, whole in zip(("rx", "ry"), size)
+    )
     rx, ry = rx if rx is not None else ry or 0.0, ry if ry is not None else rx or 0.0
     rx, ry = min(rx, w / 2), min(ry, h / 2)
     if not w or not h:
@@ -176,14 +227,22 @@ def _rect(element, size, scale):
         yield [(x, y), (x + w, y), (x + w, y + h), (x, y + h)], True
         return
     points = []
-    for cx, cy, a in ((x + w - rx, y + ry, -90), (x + w - rx, y + h - ry, 0), (x + rx, y + h - ry, 90), (x + rx, y + ry, 180)):
+    for cx, cy, a in (
+        (x + w - rx, y + ry, -90),
+        (x + w - rx, y + h - ry, 0),
+        (x + rx, y + h - ry, 90),
+        (x + rx, y + ry, 180),
+    ):
         points += _arc((cx, cy), rx, ry, 0.0, math.radians(a), math.radians(90), scale)
     yield points, True
 
 
 def _round(element, size, scale):
     cx, cy = (length(element.get(key), whole) for key, whole in zip(("cx", "cy"), size))
-    rx, ry = (length(element.get(key) or element.get("r"), whole) for key, whole in zip(("rx", "ry"), (math.hypot(*size) / math.sqrt(2),) * 2))
+    rx, ry = (
+        length(element.get(key) or element.get("r"), whole)
+        for key, whole in zip(("rx", "ry"), (math.hypot(*size) / math.sqrt(2),) * 2)
+    )
     if rx and ry:
         yield _arc((cx, cy), rx, ry, 0.0, 0.0, 2 * math.pi, scale), True
 
@@ -194,7 +253,13 @@ def _poly(element, size, scale):
 
 
 def _line(element, size, scale):
-    yield [tuple(length(element.get(key), whole) for key, whole in zip(pair, size)) for pair in (("x1", "y1"), ("x2", "y2"))], False
+    yield (
+        [
+            tuple(length(element.get(key), whole) for key, whole in zip(pair, size))
+            for pair in (("x1", "y1"), ("x2", "y2"))
+        ],
+        False,
+    )
 
 
 def _arc(centre, rx, ry, turn, first, sweep, scale):
@@ -300,4 +365,12 @@ def _bezier(control):
     return [tuple(p) for p in level[0]]
 
 
-_SHAPES = {"rect": _rect, "circle": _round, "ellipse": _round, "polygon": _poly, "polyline": _poly, "line": _line, "path": _path}
+_SHAPES = {
+    "rect": _rect,
+    "circle": _round,
+    "ellipse": _round,
+    "polygon": _poly,
+    "polyline": _poly,
+    "line": _line,
+    "path": _path,
+}

@@ -7,13 +7,25 @@ Called by gladevcp (`-u panel_gmoccapy.py`), started by gmoccapy as [DISPLAY]EMB
 import hal
 from gi.repository import GLib
 
-FLOATS = ('rate', 'rate-target', 'share')
-WORDS = {       # label: {bit of chipwise-display: what is shown}
-    'stock': {'stock-is-none': 'none (M250)', 'stock-is-defined': 'defined', 'stock-is-assumed': 'assumed'},
-    'mode': {'mode-off': 'F (M252)', 'mode-limit': 'P1 limit', 'mode-constant': 'P2 constant', 'mode-window': 'P3 window'},
-    'by': {'by-nothing': 'nothing', 'by-stock': 'stock here', 'by-ahead': 'stock ahead', 'by-floor': 'lowest feed',
-           'by-ceiling': 'ceiling', 'by-fallback': 'no stock or tool: F'},
-    'unit': {'unit-cm3': 'cm3/min', 'unit-in3': 'in3/min'}}
+FLOATS = ("rate", "rate-target", "share")
+WORDS = {  # label: {bit of chipwise-display: what is shown}
+    "stock": {"stock-is-none": "none (M250)", "stock-is-defined": "defined", "stock-is-assumed": "assumed"},
+    "mode": {
+        "mode-off": "F (M252)",
+        "mode-limit": "P1 limit",
+        "mode-constant": "P2 constant",
+        "mode-window": "P3 window",
+    },
+    "by": {
+        "by-nothing": "nothing",
+        "by-stock": "stock here",
+        "by-ahead": "stock ahead",
+        "by-floor": "lowest feed",
+        "by-ceiling": "ceiling",
+        "by-fallback": "no stock or tool: F",
+    },
+    "unit": {"unit-cm3": "cm3/min", "unit-in3": "in3/min"},
+}
 PERIOD_MS = 100
 
 
@@ -32,11 +44,11 @@ class Panel:
     def show(self):
         pins, label = self.component, self.builder.get_object
         for name, bits in WORDS.items():
-            label(name).set_text(next((text for bit, text in bits.items() if pins[bit]), ''))
-        label('rate').set_text(f'{pins["rate"]:.1f}')
-        label('target').set_text(f'{pins["rate-target"]:.1f}')
-        label('share').set_fraction(min(max(pins['share'] / 150.0, 0.0), 1.0))
-        label('share').set_text(f'{pins["share"]:.0f} %')
+            label(name).set_text(next((text for bit, text in bits.items() if pins[bit]), ""))
+        label("rate").set_text(f"{pins['rate']:.1f}")
+        label("target").set_text(f"{pins['rate-target']:.1f}")
+        label("share").set_fraction(min(max(pins["share"] / 150.0, 0.0), 1.0))
+        label("share").set_text(f"{pins['share']:.0f} %")
         return True
 
 

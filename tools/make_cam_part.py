@@ -11,14 +11,16 @@ program can be made again, not run by anything.
 
 import math
 
-A, B, POWER = 38.0, 26.0, 3.2       # mm half axes of the boss
-CENTRE = (60.0, 45.0)               # mm
-TOOL_RADIUS = 3.0                   # mm, T1
-STEP = 2.2                          # mm between rings
+A, B, POWER = 38.0, 26.0, 3.2  # mm half axes of the boss
+CENTRE = (60.0, 45.0)  # mm
+TOOL_RADIUS = 3.0  # mm, T1
+STEP = 2.2  # mm between rings
 RINGS = 4
-SEGMENT = 0.4                       # mm
-DEPTH = -4.0                        # mm
-HEADER = "(A boss milled by small segments: how the feed follows the stock on a CAM program, lines of {segment} mm and arcs)" """
+SEGMENT = 0.4  # mm
+DEPTH = -4.0  # mm
+HEADER = (
+    "(A boss milled by small segments: how the feed follows the stock on a CAM program, lines of {segment} mm and arcs)"
+    """
 (Stock:  120 x 90 x 12 mm, work zero at its lower left corner on the top face)
 (Tool:   T1, 6 mm end mill, 2 flutes)
 (Feed:   12 cm3/min held by the volumetric feed, up to 4000 mm/min)
@@ -36,6 +38,7 @@ M251 P2 Q12 E4000
 S16000 M3
 F800
 G0 X{x:.3f} Y{y:.3f} Z5"""
+)
 
 
 def boss(t):
@@ -65,8 +68,9 @@ def main():
     rings = [ring(TOOL_RADIUS + STEP * k) for k in reversed(range(RINGS))]
     lead = 4.0
     start = rings[0][0][0] + lead, rings[0][0][1] + lead
-    print(HEADER.format(segment=SEGMENT, a2=2 * A, b2=2 * B, depth=-DEPTH, rings=RINGS, step=STEP,
-                        x=start[0], y=start[1]))
+    print(
+        HEADER.format(segment=SEGMENT, a2=2 * A, b2=2 * B, depth=-DEPTH, rings=RINGS, step=STEP, x=start[0], y=start[1])
+    )
     for points in rings:
         x, y = points[0]
         print(f"G0 X{x + lead:.3f} Y{y + lead:.3f}")

@@ -11,12 +11,12 @@ import os
 import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
-sys.path.insert(0, os.path.join(ROOT, 'remap'))
+sys.path.insert(0, os.path.join(ROOT, "remap"))
 
-from chipwise.cli import INTERNAL, build_parser     # noqa: E402
-from chipwise.machine import sandbox                # noqa: E402
+from chipwise.cli import INTERNAL, build_parser  # noqa: E402
+from chipwise.machine import sandbox  # noqa: E402
 
-CHIPWISE = '''\
+CHIPWISE = """\
 # bash completion of chipwise; made by tools/make_completion.py
 _chipwise()
 {{
@@ -35,8 +35,8 @@ _chipwise()
     esac
 }}
 complete -F _chipwise chipwise
-'''
-SANDBOX = '''\
+"""
+SANDBOX = """\
 # bash completion of chipwise-sandbox; made by tools/make_completion.py
 _chipwise_sandbox()
 {{
@@ -47,25 +47,32 @@ _chipwise_sandbox()
     esac
 }}
 complete -F _chipwise_sandbox chipwise-sandbox
-'''
+"""
 
 
 def options(parser):
     """Long options of a parser in one line."""
-    return ' '.join(name for action in parser._actions if action.help != argparse.SUPPRESS
-                    for name in action.option_strings if name.startswith('--'))
+    return " ".join(
+        name
+        for action in parser._actions
+        if action.help != argparse.SUPPRESS
+        for name in action.option_strings
+        if name.startswith("--")
+    )
 
 
 def chipwise():
     parser, _modules = build_parser()
     choices = next(action.choices for action in parser._actions if isinstance(action, argparse._SubParsersAction))
-    cases = [f"        {name}) options='{options(command)}' ;;" for name, command in choices.items() if name not in INTERNAL]
-    return CHIPWISE.format(commands=' '.join(name for name in choices if name not in INTERNAL), cases='\n'.join(cases))
+    cases = [
+        f"        {name}) options='{options(command)}' ;;" for name, command in choices.items() if name not in INTERNAL
+    ]
+    return CHIPWISE.format(commands=" ".join(name for name in choices if name not in INTERNAL), cases="\n".join(cases))
 
 
-FILES = {'chipwise': chipwise, 'chipwise-sandbox': lambda: SANDBOX.format(options=options(sandbox.build_parser()))}
+FILES = {"chipwise": chipwise, "chipwise-sandbox": lambda: SANDBOX.format(options=options(sandbox.build_parser()))}
 
 
-if __name__ == '__main__':
-    with open(sys.argv[1], 'w') as handle:
+if __name__ == "__main__":
+    with open(sys.argv[1], "w") as handle:
         handle.write(FILES[os.path.basename(sys.argv[1])]())

@@ -23,16 +23,58 @@ from pathlib import Path
 from pycparser import c_ast, c_parser
 
 ROOT = Path(__file__).resolve().parents[1]
-HEADERS = ("registers.h", "core/version.h", "core/feed.h", "core/tooth_law.h", "core/feed_hold.h", "core/run_sums.h", "core/watchdog.h", "core/tool_watch.h", "core/load_watch.h", "core/path_watch.h", "core/clamp.h", "core/tracker.h", "core/path_done.h",
-           "core/tracer.h", "core/stylus.h", "core/slave.h", "core/axis_offset.h", "core/spindle_sim.h", "core/spindle_load.h",
-           "offline/height_sweep.h", "offline/drop_cutter.h", "offline/stock_need.h", "offline/depth_proof.h",
-           "offline/tracer_loop.h", "offline/chain_fit.h", "offline/engage.h", "offline/nearest_element.h")
+HEADERS = (
+    "registers.h",
+    "core/version.h",
+    "core/feed.h",
+    "core/tooth_law.h",
+    "core/feed_hold.h",
+    "core/run_sums.h",
+    "core/watchdog.h",
+    "core/tool_watch.h",
+    "core/load_watch.h",
+    "core/path_watch.h",
+    "core/clamp.h",
+    "core/tracker.h",
+    "core/path_done.h",
+    "core/tracer.h",
+    "core/stylus.h",
+    "core/slave.h",
+    "core/axis_offset.h",
+    "core/spindle_sim.h",
+    "core/spindle_load.h",
+    "offline/height_sweep.h",
+    "offline/drop_cutter.h",
+    "offline/stock_need.h",
+    "offline/depth_proof.h",
+    "offline/tracer_loop.h",
+    "offline/chain_fit.h",
+    "offline/engage.h",
+    "offline/nearest_element.h",
+)
 PYTHON = ROOT / "remap" / "chipwise" / "clib" / "layout.py"
 TABLE = ROOT / "build" / "layout_table.c"
-WHOLE_NUMBERS = {"int8_t": "c_int8", "uint8_t": "c_uint8", "int16_t": "c_int16", "uint16_t": "c_uint16",
-                 "int32_t": "c_int32", "uint32_t": "c_uint32", "int64_t": "c_int64", "uint64_t": "c_uint64"}
-CTYPES = {"int": "c_int", "long": "c_long", "double": "c_double", "float": "c_float", "unsigned char": "c_ubyte",
-          "char": "c_char", "unsigned": "c_uint", "unsigned int": "c_uint", **WHOLE_NUMBERS}
+WHOLE_NUMBERS = {
+    "int8_t": "c_int8",
+    "uint8_t": "c_uint8",
+    "int16_t": "c_int16",
+    "uint16_t": "c_uint16",
+    "int32_t": "c_int32",
+    "uint32_t": "c_uint32",
+    "int64_t": "c_int64",
+    "uint64_t": "c_uint64",
+}
+CTYPES = {
+    "int": "c_int",
+    "long": "c_long",
+    "double": "c_double",
+    "float": "c_float",
+    "unsigned char": "c_ubyte",
+    "char": "c_char",
+    "unsigned": "c_uint",
+    "unsigned int": "c_uint",
+    **WHOLE_NUMBERS,
+}
 LITERAL = re.compile(r"^[-+]?(0x[0-9a-fA-F]+|[0-9]+(\.[0-9]*)?([eE][-+]?[0-9]+)?)[uUlL]*$")
 SHIFT = re.compile(r"^\((\d+)[uU]? << (\d+)\)$")
 
@@ -44,8 +86,20 @@ def preprocess(*options):
     with tempfile.TemporaryDirectory() as folder:
         for name in ("stdint.h", "math.h", "string.h", "stdlib.h"):
             (Path(folder) / name).write_text("")
-        command = ["gcc", "-E", "-nostdinc", "-D__attribute__(x)=", "-I", folder, "-I", str(ROOT / "components"), *options,
-                   "-x", "c", "-"]
+        command = [
+            "gcc",
+            "-E",
+            "-nostdinc",
+            "-D__attribute__(x)=",
+            "-I",
+            folder,
+            "-I",
+            str(ROOT / "components"),
+            *options,
+            "-x",
+            "c",
+            "-",
+        ]
         return subprocess.run(command, input=text, check=True, stdout=subprocess.PIPE, text=True).stdout
 
 
@@ -108,7 +162,8 @@ def ctype(node, known):
 
 
 def declarations(source):
-    """(enums, structs) of chip_ in the order of the headers: {name: [(member, value)]}, {name: [(member, ctype or None)]}."""
+    """(enums, structs) of chip_ in the order of the headers: {name: [(member, value)]}, {name: [(member, ctype or
+    None)]}."""
     enums, structs, known = {}, {}, {}
     for node in c_parser.CParser().parse(source).ext:
         kind = getattr(node, "type", None)
@@ -135,17 +190,31 @@ def shared_words(names):
 
 def python_text(numbers, enums, structs):
     """layout.py"""
-    lines = ['# SPDX-License-Identifier: GPL-2.0-or-later',
-             '"""Structures, enums and constants of the C core.  Made by tools/make_layout.py from the headers in components/:',
-             "change them there, and run `make build`.", '"""', "import ctypes as C", "from enum import IntEnum", ""]
+    lines = [
+        "# SPDX-License-Identifier: GPL-2.0-or-later",
+        '"""Structures, enums and constants of the C core.  Made by tools/make_layout.py from the headers in '
+        "components/:",
+        "change them there, and run `make build`.",
+        '"""',
+        "import ctypes as C",
+        "from enum import IntEnum",
+        "",
+    ]
     lines += [f"{name} = {value}" for name, value in numbers]
     for name, members in enums.items():
         prefix = shared_words([member for member, _ in members])
         lines += ["", "", f"class {camel(name.removeprefix('chip_'))}(IntEnum):", f'    """enum {name}"""', ""]
         lines += [f"    {member.removeprefix(prefix)} = {value}" for member, value in members]
     for name, members in structs.items():
-        lines += ["", "", f"class {camel(name.removeprefix('chip_'))}(C.Structure):", f'    """struct {name}"""', "",
-                  "    __slots__ = ()", "    _fields_ = ["]
+        lines += [
+            "",
+            "",
+            f"class {camel(name.removeprefix('chip_'))}(C.Structure):",
+            f'    """struct {name}"""',
+            "",
+            "    __slots__ = ()",
+            "    _fields_ = [",
+        ]
         lines += [f'        ("{member}", {kind}),' for member, kind in members if kind]
         lines += ["    ]"]
     lines += ["", "", "STRUCTURES = {"]
@@ -155,15 +224,23 @@ def python_text(numbers, enums, structs):
 
 def table_text(structs):
     """layout_table.c"""
-    lines = ["/* SPDX-License-Identifier: GPL-2.0-or-later */",
-             "/* layout_table.c - size of each structure, offset and size of each member, as this library was compiled.",
-             " *",
-             " * Who reads it: remap/chipwise/clib/library.py, when it opens the library. Made by tools/make_layout.py.",
-             " */", "#include <stddef.h>", ""]
+    lines = [
+        "/* SPDX-License-Identifier: GPL-2.0-or-later */",
+        "/* layout_table.c - size of each structure, offset and size of each member, as this library was compiled.",
+        " *",
+        " * Who reads it: remap/chipwise/clib/library.py, when it opens the library. Made by tools/make_layout.py.",
+        " */",
+        "#include <stddef.h>",
+        "",
+    ]
     lines += [f'#include "{name}"' for name in HEADERS]
-    lines += ["", "struct chip_layout_entry { const char *name; long value; };", "",
-              "/* Names as `struct`, `struct.member` and `struct.member size`; ends with a null name. */",
-              "const struct chip_layout_entry chip_layout_table[] = {"]
+    lines += [
+        "",
+        "struct chip_layout_entry { const char *name; long value; };",
+        "",
+        "/* Names as `struct`, `struct.member` and `struct.member size`; ends with a null name. */",
+        "const struct chip_layout_entry chip_layout_table[] = {",
+    ]
     for name, members in structs.items():
         lines.append(f'    {{ "{name}", sizeof(struct {name}) }},')
         for member in (member for member, kind in members if kind):

@@ -19,20 +19,66 @@ ROOT = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 
 # Calls that say something: {name: positions of fact and remedy}.  Exceptions by their class, the others by their name.
 SPEAKERS = {
-    'CycleError': (0, 1), 'NoRoom': (0, 1), 'FolderError': (0, 1), 'EntryError': (2, 3), '_Wrong': (0, 1), 'Unreadable': (0, 1), 'Missing': (0, 1), 'lacks': (0, 1), 'Unusable': (0, 1), 'Lacking': (0, 1), 'Unfinished': (0, 1), 'note': (0,), 'not_opened': (0,),
-    'unchecked': (0,), 'unfinished': (0,), 'wrong': (0, 1), 'refuse': (0, 1), '_fail': (2, 3), 'fault': (1, 2),
-    '_refuse': (1,), 'ContourError': (2,), 'StoreError': (1,), 'CommandError': (0,), 'UsageError': (0,),
-    'ClusterError': (0,), '_Failed': (0,), 'SessionError': (0,), 'RunError': (0,), 'SharedStockError': (0,), 'CoreError': (0,), 'LibraryError': (0,), 'Rs274Error': (0,),
-    'SystemExit': (0,), 'say': (0,), 'inform': (0,), 'tell': (0,), 'MESSAGE': (0,), 'error': (0,), 'print': (0,)}
-LOUD = {'print', 'error', 'SystemExit'}         # these count only if the text begins with the name of a command
-TABLES = ('FAULTS', 'REASONS', 'PATH_REFUSALS', 'LOAD_ALARMS')                  # {number: text} or {number: (fact, remedy)}
-TEXTS = ('guard_text', 'clamp_text', 'slow_text', 'override_text', 'message_of', 'of_unexpected', 'forgetful', 'running', '_rate_note')            # functions that return a message
-NOTES = re.compile(r'note')                     # functions that make (text, values)
-FINDING = 'said'                                # the variable of Finding.said(), and of the methods that it shares it with:
-OF_FINDING = ('said', '_said_of_load', '_said_of_machine')
+    "CycleError": (0, 1),
+    "NoRoom": (0, 1),
+    "FolderError": (0, 1),
+    "EntryError": (2, 3),
+    "_Wrong": (0, 1),
+    "Unreadable": (0, 1),
+    "Missing": (0, 1),
+    "lacks": (0, 1),
+    "Unusable": (0, 1),
+    "Lacking": (0, 1),
+    "Unfinished": (0, 1),
+    "note": (0,),
+    "not_opened": (0,),
+    "unchecked": (0,),
+    "unfinished": (0,),
+    "wrong": (0, 1),
+    "refuse": (0, 1),
+    "_fail": (2, 3),
+    "fault": (1, 2),
+    "_refuse": (1,),
+    "ContourError": (2,),
+    "StoreError": (1,),
+    "CommandError": (0,),
+    "UsageError": (0,),
+    "ClusterError": (0,),
+    "_Failed": (0,),
+    "SessionError": (0,),
+    "RunError": (0,),
+    "SharedStockError": (0,),
+    "CoreError": (0,),
+    "LibraryError": (0,),
+    "Rs274Error": (0,),
+    "SystemExit": (0,),
+    "say": (0,),
+    "inform": (0,),
+    "tell": (0,),
+    "MESSAGE": (0,),
+    "error": (0,),
+    "print": (0,),
+}
+LOUD = {"print", "error", "SystemExit"}  # these count only if the text begins with the name of a command
+TABLES = ("FAULTS", "REASONS", "PATH_REFUSALS", "LOAD_ALARMS")  # {number: text} or {number: (fact, remedy)}
+TEXTS = (
+    "guard_text",
+    "clamp_text",
+    "slow_text",
+    "override_text",
+    "message_of",
+    "of_unexpected",
+    "forgetful",
+    "running",
+    "_rate_note",
+)  # functions that return a message
+NOTES = re.compile(r"note")  # functions that make (text, values)
+FINDING = "said"  # the variable of Finding.said(), and of the methods that it shares it with:
+OF_FINDING = ("said", "_said_of_load", "_said_of_machine")
 
 
 # ---- strings of an expression ------------------------------------------------------------------------------------
+
 
 class Scope:
     """Values of string names at a line: assignments of the module, and those of the function before the line.
@@ -51,7 +97,9 @@ class Scope:
 
     def add_parameters(self, module):
         """What Finding.said() hands to its helpers by the same names."""
-        said = next(node for node in ast.walk(module) if isinstance(node, ast.FunctionDef) and node.name == OF_FINDING[0])
+        said = next(
+            node for node in ast.walk(module) if isinstance(node, ast.FunctionDef) and node.name == OF_FINDING[0]
+        )
         for node in said.body:
             self._assignment(node)
 
@@ -72,74 +120,86 @@ class Scope:
 def texts(node, scope, depth=0):
     """Every text an expression may give, with ".." for what is known at run time only."""
     if isinstance(node, ast.Constant):
-        return [node.value] if isinstance(node.value, str) else ['..']
+        return [node.value] if isinstance(node.value, str) else [".."]
     if isinstance(node, ast.JoinedStr):
         return _products([texts(part, scope, depth) for part in node.values])
     if isinstance(node, ast.FormattedValue):
         return _embedded(texts(node.value, scope, depth + 1))
     if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
         whole = (ast.BinOp, ast.JoinedStr, ast.Constant)
-        return _products([texts(part, scope, depth) if isinstance(part, whole)
-                          else _embedded(texts(part, scope, depth + 1)) for part in (node.left, node.right)])
+        return _products(
+            [
+                texts(part, scope, depth) if isinstance(part, whole) else _embedded(texts(part, scope, depth + 1))
+                for part in (node.left, node.right)
+            ]
+        )
     if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mod):
-        return [re.sub(r'%(?:\(\w+\))?[-+#0 ]*[\d.*]*[sdgfxr]', '..', text).replace('%%', '%')
-                for text in texts(node.left, scope, depth)]
+        return [
+            re.sub(r"%(?:\(\w+\))?[-+#0 ]*[\d.*]*[sdgfxr]", "..", text).replace("%%", "%")
+            for text in texts(node.left, scope, depth)
+        ]
     if isinstance(node, ast.IfExp):
         return texts(node.body, scope, depth) + texts(node.orelse, scope, depth)
     if isinstance(node, ast.Name) and depth < 4 and node.id in scope.values:
-        return list(dict.fromkeys(text for _depth, value in scope.values[node.id]
-                                  if not (isinstance(value, ast.Constant) and value.value is None)
-                                  for text in texts(value, scope, depth + 1)))
-    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == 'printable':
+        return list(
+            dict.fromkeys(
+                text
+                for _depth, value in scope.values[node.id]
+                if not (isinstance(value, ast.Constant) and value.value is None)
+                for text in texts(value, scope, depth + 1)
+            )
+        )
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "printable":
         return texts(node.args[0], scope, depth)
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
-        if node.func.attr in ('removeprefix', 'rstrip', 'strip'):
+        if node.func.attr in ("removeprefix", "rstrip", "strip"):
             return texts(node.func.value, scope, depth)
-        if node.func.attr == 'format':
-            return [re.sub(r'\{[^}]*\}', '..', text) for text in texts(node.func.value, scope, depth)]
-        if node.func.attr == 'get' and len(node.args) == 2:
+        if node.func.attr == "format":
+            return [re.sub(r"\{[^}]*\}", "..", text) for text in texts(node.func.value, scope, depth)]
+        if node.func.attr == "get" and len(node.args) == 2:
             return texts(node.args[1], scope, depth)
-    return ['..']
+    return [".."]
 
 
 def _embedded(found):
     """Texts inside a text: an ending of a word is chosen at its longest, anything without a blank is a value."""
     if all(len(text) <= 3 for text in found):
-        return [max(found, key=len)] if len(found) > 1 else ['..']
-    return found if any(' ' in text.strip() for text in found) and len(found) <= 4 else ['..']
+        return [max(found, key=len)] if len(found) > 1 else [".."]
+    return found if any(" " in text.strip() for text in found) and len(found) <= 4 else [".."]
 
 
 def _products(parts):
-    return [''.join(choice) for choice in itertools.islice(itertools.product(*parts), 16)]
+    return ["".join(choice) for choice in itertools.islice(itertools.product(*parts), 16)]
 
 
 def normal(text):
     """A template with its placeholders as "..", on one line, without our name in front."""
-    text = re.sub(r'\{\w*(?:[!:][^}]*)?\}', '..', text.replace('{{', '{').replace('}}', '}'))
-    text = re.sub(r'\s+', ' ', text).strip()
-    text = re.sub(r'^(?:\.\. )?chipwise: ', '', text)
-    return re.sub(r'(?:\.\.){2,}', '..', text)
+    text = re.sub(r"\{\w*(?:[!:][^}]*)?\}", "..", text.replace("{{", "{").replace("}}", "}"))
+    text = re.sub(r"\s+", " ", text).strip()
+    text = re.sub(r"^(?:\.\. )?chipwise: ", "", text)
+    return re.sub(r"(?:\.\.){2,}", "..", text)
 
 
 def split(text):
     """-> (fact, remedy) of a text that holds both."""
     depth = 0
     for k, letter in enumerate(text):
-        depth += (letter == '(') - (letter == ')')
-        if depth == 0 and text.startswith('; ', k):
-            return text[:k], text[k + 2:]
-    return text, ''
+        depth += (letter == "(") - (letter == ")")
+        if depth == 0 and text.startswith("; ", k):
+            return text[:k], text[k + 2 :]
+    return text, ""
 
 
 def is_message(fact):
-    return len(re.findall(r'[A-Za-z]{2,}', fact)) >= 2 or ('..' in fact and len(re.findall(r'[A-Za-z]{3,}', fact)) >= 2)
+    return len(re.findall(r"[A-Za-z]{2,}", fact)) >= 2 or (".." in fact and len(re.findall(r"[A-Za-z]{3,}", fact)) >= 2)
 
 
 # ---- Python ------------------------------------------------------------------------------------------------------
 
+
 def python_messages(path, used):
     """[(fact, remedy)] of a Python file; names of SPEAKERS, TABLES and TEXTS that occur in it are added to `used`."""
-    with open(os.path.join(ROOT, path), encoding='utf-8') as handle:
+    with open(os.path.join(ROOT, path), encoding="utf-8") as handle:
         module = ast.parse(handle.read(), path)
     found = []
     parents = {child: node for node in ast.walk(module) for child in ast.iter_child_nodes(node)}
@@ -152,15 +212,20 @@ def python_messages(path, used):
     for node in ast.walk(module):
         if not isinstance(node, (ast.Call, ast.Assign, ast.AnnAssign, ast.Return, ast.Tuple)):
             continue
-        if isinstance(node, ast.Call) and _name(node) not in {*SPEAKERS, 'Note', '__init__'}:
+        if isinstance(node, ast.Call) and _name(node) not in {*SPEAKERS, "Note", "__init__"}:
             continue
         function = function_of(node)
         if isinstance(node, (ast.Return, ast.Tuple)) and (
-                function is None or function.name not in TEXTS and not NOTES.search(function.name)):
+            function is None or function.name not in TEXTS and not NOTES.search(function.name)
+        ):
             continue
-        if isinstance(node, (ast.Assign, ast.AnnAssign)) and function is not None and function.name not in ('text', *OF_FINDING):
+        if (
+            isinstance(node, (ast.Assign, ast.AnnAssign))
+            and function is not None
+            and function.name not in ("text", *OF_FINDING)
+        ):
             continue
-        scope = Scope(module, function, getattr(node, 'end_lineno', 0) or 0)
+        scope = Scope(module, function, getattr(node, "end_lineno", 0) or 0)
         if function is not None and function.name in OF_FINDING[1:]:
             scope.add_parameters(module)
         if isinstance(node, ast.Call):
@@ -178,28 +243,30 @@ def python_messages(path, used):
 
 
 def _name(call):
-    return call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, 'id', '')
+    return call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
 
 
 def _of_call(node, scope, used, parents):
     name = _name(node)
-    if name == '__init__' and isinstance(parents.get(node), ast.Expr):      # super().__init__(errno, text, path)
+    if name == "__init__" and isinstance(parents.get(node), ast.Expr):  # super().__init__(errno, text, path)
         return [split(normal(text)) for argument in node.args[1:2] for text in texts(argument, scope)]
-    if name == 'Note' and node.args:
+    if name == "Note" and node.args:
         return [split(normal(text)) for text in texts(node.args[0], scope)]
     places = SPEAKERS.get(name)
     if places is None:
         return []
     used.add(name)
     keywords = {keyword.arg: keyword.value for keyword in node.keywords}
-    arguments = [node.args[place] if len(node.args) > place else keywords.get(('problem', 'remedy')[k])
-                 for k, place in enumerate(places)]
+    arguments = [
+        node.args[place] if len(node.args) > place else keywords.get(("problem", "remedy")[k])
+        for k, place in enumerate(places)
+    ]
     if arguments[0] is None or any(isinstance(argument, ast.Starred) for argument in node.args[:1]):
         return []
     facts = texts(arguments[0], scope)
     if name in LOUD:
-        facts = [text for text in facts if re.match(r'chipwise|no private', text)]
-    remedies = texts(arguments[1], scope) if len(arguments) > 1 and arguments[1] is not None else ['']
+        facts = [text for text in facts if re.match(r"chipwise|no private", text)]
+    remedies = texts(arguments[1], scope) if len(arguments) > 1 and arguments[1] is not None else [""]
     remedies = list(dict.fromkeys(remedies))
     if len(facts) == len(remedies):
         pairs = list(zip(facts, remedies))
@@ -233,42 +300,43 @@ _PRINTED = re.compile(r'rtapi_print_msg\s*\(\s*\w+\s*,\s*((?:"(?:[^"\\]|\\.)*"\s
 
 
 def c_messages(path):
-    with open(os.path.join(ROOT, path), encoding='utf-8') as handle:
+    with open(os.path.join(ROOT, path), encoding="utf-8") as handle:
         source = handle.read()
     found = []
     for match in _PRINTED.finditer(source):
-        text = ''.join(re.findall(r'"((?:[^"\\]|\\.)*)"', match[1])).replace('\\n', ' ').replace('\\"', '"')
-        found.append(split(normal(re.sub(r'%[-+0-9.]*(?:l|z)*[sdugfx]', '..', text))))
+        text = "".join(re.findall(r'"((?:[^"\\]|\\.)*)"', match[1])).replace("\\n", " ").replace('\\"', '"')
+        found.append(split(normal(re.sub(r"%[-+0-9.]*(?:l|z)*[sdugfx]", "..", text))))
     return found
 
 
 # ---- all of it ---------------------------------------------------------------------------------------------------
 
+
 def sources():
     """Paths of every source file that can say something, relative to the repository."""
     found = []
-    for top in ('remap', 'bin', 'components'):
+    for top in ("remap", "bin", "components"):
         for folder, folders, names in os.walk(os.path.join(ROOT, top)):
-            folders[:] = [name for name in folders if name != '__pycache__']
+            folders[:] = [name for name in folders if name != "__pycache__"]
             for name in names:
                 path = os.path.join(folder, name)
                 if os.path.islink(path):
                     continue
-                if name.endswith(('.py', '.comp', '.c', '.h')) or top == 'bin' and _is_python(path):
+                if name.endswith((".py", ".comp", ".c", ".h")) or top == "bin" and _is_python(path):
                     found.append(os.path.relpath(path, ROOT))
     return sorted(found)
 
 
 def _is_python(path):
-    with open(path, 'rb') as handle:
-        return b'python' in handle.readline()
+    with open(path, "rb") as handle:
+        return b"python" in handle.readline()
 
 
 def messages():
     """{(fact, remedy): [paths]}; LookupError for a name of SPEAKERS, TABLES or TEXTS that is not in the source."""
     found, used = {}, set()
     for path in sources():
-        if path.endswith(('.comp', '.c', '.h')):
+        if path.endswith((".comp", ".c", ".h")):
             said = c_messages(path)
         else:
             said = python_messages(path, used)
@@ -278,5 +346,5 @@ def messages():
                 paths.append(path)
     gone = {*SPEAKERS, *TABLES, *TEXTS, FINDING} - used
     if gone:
-        raise LookupError(f'tools/message_source.py: not in the source any more: {", ".join(sorted(gone))}')
+        raise LookupError(f"tools/message_source.py: not in the source any more: {', '.join(sorted(gone))}")
     return found

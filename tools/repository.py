@@ -5,13 +5,22 @@ import os
 import subprocess
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
-MADE = {'.git', 'build', '__pycache__', '.pytest_cache', '.mypy_cache', '.ruff_cache'}        # what no clone begins with
+MADE = {".git", "build", "__pycache__", ".pytest_cache", ".mypy_cache", ".ruff_cache"}  # what no clone begins with
 
 
 def repository_files() -> set:
-    """Paths of the files, changed and new ones included, without what git ignores; also in a copy that is not a clone."""
-    listed = subprocess.run(['git', '-c', 'safe.directory=*', 'ls-files', '-z', '--cached', '--others', '--exclude-standard'], cwd=ROOT,
-                            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL).stdout.decode('utf-8', 'surrogateescape').split('\0')
+    """Paths of the files, changed and new ones included, without what git ignores; also in a copy that is not a
+    clone."""
+    listed = (
+        subprocess.run(
+            ["git", "-c", "safe.directory=*", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
+            cwd=ROOT,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+        )
+        .stdout.decode("utf-8", "surrogateescape")
+        .split("\0")
+    )
     names = {name for name in listed if name and os.path.lexists(os.path.join(ROOT, name))}
     if names:
         return names

@@ -3,7 +3,9 @@
 
 import os
 
-ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))      # of the repository, or share/chipwise
+ROOT = os.path.dirname(
+    os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
+)  # of the repository, or share/chipwise
 
 
 def version() -> str:

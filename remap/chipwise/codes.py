@@ -6,9 +6,42 @@ LinuxCNC looks the functions up in the machine's module `remap`. chipwise's own 
 does that of a machine with codes of its own: `from chipwise.codes import *`.
 """
 
-from chipwise.glue import barriers, clamps, contour, hole, pattern, pocket, session, stations, stock_codes, surface, turning, volumetric
+from chipwise.glue import (
+    barriers,
+    clamps,
+    contour,
+    hole,
+    pattern,
+    pocket,
+    session,
+    stations,
+    stock_codes,
+    surface,
+    turning,
+    volumetric,
+)
 
-__all__ = ("g12", "g13", "g22", "g23", "g24", "g26", "g27", "g75", "g77", "g78", "g79", "m250", "m251", "m252", "m253", "m254", "m255", "m256", "feed")
+__all__ = (
+    "g12",
+    "g13",
+    "g22",
+    "g23",
+    "g24",
+    "g26",
+    "g27",
+    "g75",
+    "g77",
+    "g78",
+    "g79",
+    "m250",
+    "m251",
+    "m252",
+    "m253",
+    "m254",
+    "m255",
+    "m256",
+    "feed",
+)
 
 
 def g12(self, **words):
@@ -38,12 +71,16 @@ def g24(self, **words):
 
 def g26(self, **words):
     """G26: turn a part from its drawing."""
-    yield from session.run_cycle(self, "G26", words, turning.order_of(single=False), turning.check_modes, turning.carry_out)
+    yield from session.run_cycle(
+        self, "G26", words, turning.order_of(single=False), turning.check_modes, turning.carry_out
+    )
 
 
 def g27(self, **words):
     """G27: one step of G26's plan."""
-    yield from session.run_cycle(self, "G27", words, turning.order_of(single=True), turning.check_modes, turning.carry_out)
+    yield from session.run_cycle(
+        self, "G27", words, turning.order_of(single=True), turning.check_modes, turning.carry_out
+    )
 
 
 def g75(self, **words):

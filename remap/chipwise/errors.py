@@ -7,11 +7,11 @@ A message has the problem, the value with its unit, the rule and the remedy:
 
     chipwise: G12: hole radius I2 mm is not larger than the tool radius 3 mm; use I above 3 mm (line 12)
 
-Pure code uses millimetres only, the operator the units of the program.  So an error holds a template and its lengths, and the
-text is made when the unit is known: `text("in")`.
+Pure code uses millimetres only, the operator the units of the program.  So an error holds a template and its lengths,
+and the text is made when the unit is known: `text("in")`.
 
-Nothing here can fail, whatever the texts contain (braces, line breaks, bytes that are not UTF-8), because every other failure
-is reported through it.
+Nothing here can fail, whatever the texts contain (braces, line breaks, bytes that are not UTF-8), because every other
+failure is reported through it.
 """
 
 import re
@@ -20,7 +20,7 @@ from typing import Any, Iterable, Optional
 MM_PER_INCH = 25.4
 
 NAME = "chipwise: "
-MESSAGE_BYTES = 250     # linuxcnc.h: LINELEN is 255
+MESSAGE_BYTES = 250  # linuxcnc.h: LINELEN is 255
 
 
 class Area(float):
@@ -28,7 +28,8 @@ class Area(float):
 
 
 class Across(float):
-    """A radius in mm as a value of a message's template, which the program may give as a diameter: CycleError.across()."""
+    """A radius in mm as a value of a message's template, which the program may give as a diameter:
+    CycleError.across()."""
 
 
 def format_length(value_mm: float, unit: str = "mm") -> str:
@@ -55,7 +56,7 @@ def format_minutes(seconds: float) -> str:
 
 def format_area(value_mm2: float, unit: str = "mm") -> str:
     """Area (mm2) -> "3.434 mm2" or "0.005323 in2": four significant digits."""
-    return f"{value_mm2 / MM_PER_INCH ** 2:.4g} in2" if unit == "in" else f"{value_mm2:.4g} mm2"
+    return f"{value_mm2 / MM_PER_INCH**2:.4g} in2" if unit == "in" else f"{value_mm2:.4g} mm2"
 
 
 def braceless(text: str) -> str:
@@ -68,6 +69,7 @@ def fill(template: str, values: dict[str, Any], unit: str) -> str:
 
     {{ and }} give one brace.  The template may contain any text: a name that is not among the values stays.
     """
+
     def shown(match: re.Match) -> str:
         if match.group() in ("{{", "}}"):
             return match.group()[0]
@@ -98,11 +100,12 @@ def clip(text: str, end: str = "") -> str:
     data = text.encode("utf-8", "replace")
     if len(data) <= room:
         return text + end
-    return data[:room - 3].decode("utf-8", "ignore") + ".." + end
+    return data[: room - 3].decode("utf-8", "ignore") + ".." + end
 
 
 def unnamed(message: object) -> str:
-    """A message, or an error's text in mm, without the package's name: for those who put a name of their own before it."""
+    """A message, or an error's text in mm, without the package's name: for those who put a name of their own before
+    it."""
     return str(message).removeprefix(NAME)
 
 

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Moves (mm) -> plain G0 G1 G2 G3 lines in program units, in chunks.  Pure.
 
-Called by planner/plans.py; glue/emit.py executes the lines, in G90, G91.1 and G8: absolute XYZ, incremental I J K; it begins and ends in G17.
+Called by planner/plans.py; glue/emit.py executes the lines, in G90, G91.1 and G8: absolute XYZ, incremental I J K; it
+begins and ends in G17.
 """
 
 import math
@@ -18,8 +19,8 @@ _CENTRE = {"G17": ((0, "I"), (1, "J")), "G18": ((0, "I"), (2, "K")), "G19": ((1,
 # serves nobody meanwhile.
 CHUNK_MOVES = 2000
 
-# After so many moves without a place to rest, a third of a second, the tool rests on the path: at the first corner, where it slows down in any
-# case, after CORNER_MOVES fewer.
+# After so many moves without a place to rest, a third of a second, the tool rests on the path: at the first corner,
+# where it slows down in any case, after CORNER_MOVES fewer.
 MOST_MOVES, CORNER_MOVES = 20_000, 5_000
 
 # A turn of the path, rad, from which it is a corner.
@@ -30,24 +31,32 @@ def path_text(code: float, tolerance: Optional[float], naive: Optional[float], u
     """The line of a path mode: 61, 61.1 or 64, and the tolerances P and Q of G64 in mm, None without the word."""
     if code != 64:
         return f"G{code:g}"
-    return "G64" + "".join(f" {letter}{value / unit_mm:.9f}" for letter, value in (("P", tolerance), ("Q", naive)) if value is not None)
+    return "G64" + "".join(
+        f" {letter}{value / unit_mm:.9f}" for letter, value in (("P", tolerance), ("Q", naive)) if value is not None
+    )
 
 
 class _Writer:
-    """Writes moves in program units: % formats, and the numbers for them.  The numbers of a move are x, y, z of its end, and i, j, k of an arc."""
+    """Writes moves in program units: % formats, and the numbers for them.  The numbers of a move are x, y, z of its
+    end, and i, j, k of an arc."""
 
     def __init__(self, unit_mm: float, decimals: int, axes: str) -> None:
         self.scale, self.decimals, self._axes = 1.0 / unit_mm, decimals, axes
         self.ends = tuple(k for k, letter in enumerate("XYZ") if letter != "Y" or "Y" in axes)
         self._place = " ".join(f"{'XYZ'[k]}%.{decimals}f" for k in self.ends)
-        self._centre = {plane: f" {first}%.{decimals}f {second}%.{decimals}f" for plane, ((_a, first), (_b, second)) in _CENTRE.items()}
+        self._centre = {
+            plane: f" {first}%.{decimals}f {second}%.{decimals}f"
+            for plane, ((_a, first), (_b, second)) in _CENTRE.items()
+        }
         self._sheets: dict[tuple, _Sheet] = {}
 
     def _target(self, abc: Optional[tuple]) -> str:
         """The words of a place, and of the degrees of A, B and C."""
         if abc is None:
             return self._place
-        return self._place + "".join(f" {letter}{value:.6f}" for letter, value in zip("ABC", abc) if letter in self._axes)
+        return self._place + "".join(
+            f" {letter}{value:.6f}" for letter, value in zip("ABC", abc) if letter in self._axes
+        )
 
     def straight(self, move: Move) -> tuple:
         """(format, feed in program units or None)."""
@@ -64,8 +73,13 @@ class _Writer:
         own = move.plane if isinstance(move, PlaneArc) else "G17"
         (a, _first), (b, _second) = _CENTRE[own]
         turns = f" P{move.turns}" if move.turns != 1 else ""
-        return (f"{own + ' ' if own != plane else ''}G{3 if move.ccw else 2} {self._target(move.abc)}{self._centre[own]}{turns}",
-                move.feed * self.scale, own, (a, b))
+        return (
+            f"{own + ' ' if own != plane else ''}G{3 if move.ccw else 2} "
+            f"{self._target(move.abc)}{self._centre[own]}{turns}",
+            move.feed * self.scale,
+            own,
+            (a, b),
+        )
 
     def sheet(self, moves: tuple, plane: str, turned: Optional[tuple]) -> "_Sheet":
         """The _Sheet of the moves of a Copy, after that plane and those degrees."""
@@ -98,10 +112,19 @@ class _Writer:
 class _Sheet:
     """The lines of all Copies of the same moves: made once, filled in for each."""
 
-    def __init__(self, moves: tuple, parts: list, moving: list, turning: list, plane: str, turned: Optional[tuple]) -> None:
-        """parts: (move, format, feed, indices of its numbers) of each; moving: indices of those that are not Codes; turning: which of these are written
-        even if they end where they begin; plane, turned: at their end."""
-        self.moves, self._parts, self._moving, self._turning, self.plane, self.turned = moves, parts, moving, turning, plane, turned
+    def __init__(
+        self, moves: tuple, parts: list, moving: list, turning: list, plane: str, turned: Optional[tuple]
+    ) -> None:
+        """parts: (move, format, feed, indices of its numbers) of each; moving: indices of those that are not Codes;
+        turning: which of these are written even if they end where they begin; plane, turned: at their end."""
+        self.moves, self._parts, self._moving, self._turning, self.plane, self.turned = (
+            moves,
+            parts,
+            moving,
+            turning,
+            plane,
+            turned,
+        )
         self._filled: dict[bytes, tuple] = {}
 
     def lines(self, copy: Copy, writer: _Writer, here: tuple) -> tuple:
@@ -111,7 +134,9 @@ class _Sheet:
         numbers[1:, 3:] -= ends[:-1]
         numbers[0, 3:] -= here
         still = (ends[1:] == ends[:-1]).all(axis=1)
-        written = [turns or not stays for turns, stays in zip(self._turning, [bool((ends[0] == here).all()), *still.tolist()])]
+        written = [
+            turns or not stays for turns, stays in zip(self._turning, [bool((ends[0] == here).all()), *still.tolist()])
+        ]
         which = bytes(written)
         if which not in self._filled:
             self._filled[which] = self._form(written)
@@ -123,10 +148,17 @@ class _Sheet:
         """(format of all lines, indices of their numbers, moves, feeds) of the Codes and of those that are written."""
         skipped = {k for k, write in zip(self._moving, written) if not write}
         kept = [part for k, part in enumerate(self._parts) if k not in skipped]
-        return ("\n".join(part[1] for part in kept), [k for part in kept for k in part[3]], [part[0] for part in kept], [part[2] for part in kept])
+        return (
+            "\n".join(part[1] for part in kept),
+            [k for part in kept for k in part[3]],
+            [part[0] for part in kept],
+            [part[2] for part in kept],
+        )
 
 
-def _lines(moves: Iterable[Union[Move, Copy]], start: tuple, unit_mm: float, decimals: int = DECIMALS, axes: str = AXES) -> Iterator:
+def _lines(
+    moves: Iterable[Union[Move, Copy]], start: tuple, unit_mm: float, decimals: int = DECIMALS, axes: str = AXES
+) -> Iterator:
     """(move, text, feed in program units or None) of each move that moves, and of each Code and Blend."""
     writer = _Writer(unit_mm, decimals, axes)
     scale, plane, turned, has_y = writer.scale, "G17", None, len(writer.ends) == 3
@@ -163,7 +195,8 @@ def _lines(moves: Iterable[Union[Move, Copy]], start: tuple, unit_mm: float, dec
 
 
 def texts(moves: Sequence[Union[Move, Copy]], start: tuple, unit_mm: float, decimals: int, path: str) -> Iterator[str]:
-    """The lines of a program, with F on each line that changes the feed.  path: the line of its path mode, which a Blend(None) is."""
+    """The lines of a program, with F on each line that changes the feed.  path: the line of its path mode, which a
+    Blend(None) is."""
     active: Optional[float] = None
     for _move, text, feed in _lines(moves, start, unit_mm, decimals):
         text = path if text == CALLERS_PATH else text
@@ -192,20 +225,25 @@ class _Corners:
             side = 1.0 if move.ccw else -1.0
             first, last = ((side * (move.cy - b), side * (a - move.cx)) for a, b in (self._at, end))
         if before is not None and any(first):
-            turn = abs(math.atan2(before[0] * first[1] - before[1] * first[0], before[0] * first[0] + before[1] * first[1]))
+            turn = abs(
+                math.atan2(before[0] * first[1] - before[1] * first[0], before[0] * first[0] + before[1] * first[1])
+            )
         self._at, self._heading = end, last if any(last) else before
         return turn
 
 
-def chunks(moves: Sequence[Union[Move, Copy]], start: tuple, unit_mm: float, decimals: int = DECIMALS, axes: str = AXES) -> tuple:
-    """Tuple of chunks, each a tuple of rows: (feed in program units or None: as it is, lines joined by "\\n"), and the line of the
-    program if it is not the cycle's.  Each chunk sets the path mode and the plane that its moves have: between two of them the caller's path mode
-    and G17 are in force.
+def chunks(
+    moves: Sequence[Union[Move, Copy]], start: tuple, unit_mm: float, decimals: int = DECIMALS, axes: str = AXES
+) -> tuple:
+    """Tuple of chunks, each a tuple of rows: (feed in program units or None: as it is, lines joined by "\\n"), and the
+    line of the program if it is not the cycle's.  Each chunk sets the path mode and the plane that its moves have:
+    between two of them the caller's path mode and G17 are in force.
 
     start    (x, y, z) mm before the first move
     unit_mm  mm of a program unit
     axes     letters of the machine's axes
-    After MOST_MOVES moves without a place where the tool may rest it rests on the path, if it can at a corner shortly before.
+    After MOST_MOVES moves without a place where the tool may rest it rests on the path, if it can at a corner shortly
+    before.
     """
     found: list[tuple] = []
     rows, corners = _Rows(), _Corners(start)

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Read LinuxCNC's INI file: the one reader of the whole package.
 
-Called by settings.py, by the glue, by bin/chipwise and by the display program of the headless machine.  LinuxCNC names the file
-in the environment variable INI_FILE_NAME; linuxcnc, AXIS and `rs274 -i` all set it.  The module `linuxcnc` is not importable
-everywhere a remap runs, and configparser refuses repeated keys (REMAP).  As in LinuxCNC, the first of several equal keys counts.
+Called by settings.py, by the glue, by bin/chipwise and by the display program of the headless machine.  LinuxCNC names
+the file in the environment variable INI_FILE_NAME; linuxcnc, AXIS and `rs274 -i` all set it.  The module `linuxcnc` is
+not importable everywhere a remap runs, and configparser refuses repeated keys (REMAP).  As in LinuxCNC, the first of
+several equal keys counts.
 """
 
 import ctypes
@@ -15,14 +16,21 @@ from typing import Iterable, Iterator, Optional, Sequence
 from chipwise.errors import MM_PER_INCH, CycleError, braceless
 from chipwise.host.files import read_bytes
 
-MAX_BYTES = 1 << 22             # of an INI file
+MAX_BYTES = 1 << 22  # of an INI file
 INCLUDE = re.compile(r"#INCLUDE[ \t]+(\S.*?)\s*$")
-MAX_INCLUDES = 16               # files within each other, as in LinuxCNC
-UNITS_MM = {"mm": 1.0, "metric": 1.0, "in": MM_PER_INCH, "inch": MM_PER_INCH, "imperial": MM_PER_INCH}     # [TRAJ]LINEAR_UNITS
+MAX_INCLUDES = 16  # files within each other, as in LinuxCNC
+UNITS_MM = {
+    "mm": 1.0,
+    "metric": 1.0,
+    "in": MM_PER_INCH,
+    "inch": MM_PER_INCH,
+    "imperial": MM_PER_INCH,
+}  # [TRAJ]LINEAR_UNITS
 
 
 def unit_mm(linear_units: str) -> float:
-    """[TRAJ]LINEAR_UNITS as mm per machine unit.  Raises ValueError for text that is neither a name nor a number above 0."""
+    """[TRAJ]LINEAR_UNITS as mm per machine unit.  Raises ValueError for text that is neither a name nor a number above
+    0."""
     known = UNITS_MM.get(linear_units.lower())
     number = known or float(linear_units)
     if not 0 < number < math.inf:
@@ -43,8 +51,9 @@ def file_name() -> str:
 def read_lines(path: str) -> list[str]:
     """Lines of an INI file.  Raises OSError.
 
-    2.9 writes INI.expanded, with the files of #INCLUDE lines in it, and names that; what is left in it no longer counts.  2.10 names the INI
-    file itself, and its processes read what is included (emc/ini/inifile.cc).  A file that cannot be read leaves its line here."""
+    2.9 writes INI.expanded, with the files of #INCLUDE lines in it, and names that; what is left in it no longer
+    counts.  2.10 names the INI file itself, and its processes read what is included (emc/ini/inifile.cc).  A file that
+    cannot be read leaves its line here."""
     lines = read_bytes(path, MAX_BYTES).decode("utf-8", "replace").split("\n")
     return lines if path.endswith(".expanded") else list(_with_included(lines, path, MAX_INCLUDES))
 
@@ -133,12 +142,16 @@ class Ini:
     def __init__(self, path: Optional[str] = None):
         self.path = path or file_name()
         if not self.path:
-            raise CycleError("no INI file: this is called by chipwise.hal while LinuxCNC starts",
-                             "put HALFILE = chipwise.hal into the [HAL] section of your INI file")
+            raise CycleError(
+                "no INI file: this is called by chipwise.hal while LinuxCNC starts",
+                "put HALFILE = chipwise.hal into the [HAL] section of your INI file",
+            )
         try:
             self.lines = read_lines(self.path)
         except OSError as error:
-            raise CycleError(f"INI file {braceless(self.path)}: {error.strerror}", "correct --ini, or INI_FILE_NAME") from error
+            raise CycleError(
+                f"INI file {braceless(self.path)}: {error.strerror}", "correct --ini, or INI_FILE_NAME"
+            ) from error
 
     def section(self, name: str) -> dict[str, str]:
         """{KEY: text}, {} without such a section."""
@@ -175,7 +188,9 @@ class Ini:
 
     def startup_codes(self) -> str:
         """Codes in force when LinuxCNC has started: its unit, and [RS274NGC]RS274NGC_STARTUP_CODE."""
-        return ("G20 " if self.units_per_mm() < 0.1 else "G21 ") + self.text("RS274NGC", "RS274NGC_STARTUP_CODE").upper()
+        return ("G20 " if self.units_per_mm() < 0.1 else "G21 ") + self.text(
+            "RS274NGC", "RS274NGC_STARTUP_CODE"
+        ).upper()
 
     def servo_period_s(self) -> float:
         """[EMCMOT]SERVO_PERIOD in s."""

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any, Optional, Union
 
 
-PATH = "G6"                     # all codes of the path mode begin so: G61, G61.1, G64
-CALLERS_PATH = "G6 caller"      # a Code: the path mode of the program that has called; glue/path_mode.py puts it in
+PATH = "G6"  # all codes of the path mode begin so: G61, G61.1, G64
+CALLERS_PATH = "G6 caller"  # a Code: the path mode of the program that has called; glue/path_mode.py puts it in
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,8 @@ class PlaneArc:
 
 @dataclass(frozen=True)
 class Code:
-    """A line that moves nothing, as "M8"; of a pattern's sub.  PATH, then a code of the path mode: "G64 P0.01", or the caller's."""
+    """A line that moves nothing, as "M8"; of a pattern's sub.  PATH, then a code of the path mode: "G64 P0.01", or the
+    caller's."""
 
     text: str
     line: int = 0

@@ -44,7 +44,8 @@ class ClampsAsked:
     """Where the planner finds the clamps that a cycle keeps clear of (planner/program_clamps.py).
 
     set_up      number of M256, 0: none; file: path of the set-ups
-    program     path of the program that runs, "" without one; line: the one that is executed; since: the one of its last M256, 0: none
+    program     path of the program that runs, "" without one; line: the one that is executed; since: the one of its
+                last M256, 0: none
     ini, jobs   path of the INI file, folder of the job files
     now         (units, coordinate system, fields of a program.records.Frame) in force
     systems     fields of a Frame for each of the nine coordinate systems, as LinuxCNC's table has them
@@ -82,9 +83,11 @@ class MapPlace:
 
 
 class Packed:
-    """Chunks as the planner sends them to the task, each pickled for itself: the task takes one apart when it executes it.
+    """Chunks as the planner sends them to the task, each pickled for itself: the task takes one apart when it executes
+    it.
 
-    A plan may have 500,000 rows.  To make them all at once would keep the task from serving Stop for a third of a second and more.
+    A plan may have 500,000 rows.  To make them all at once would keep the task from serving Stop for a third of a
+    second and more.
     """
 
     def __init__(self, chunks: Iterable[tuple]) -> None:
@@ -108,7 +111,8 @@ class Outcome:
     turning    turning.blocks.Turning for glue/turning.py, of G26 and G27
     messages   for the operator
     report     (kind, figures) for report.record(), None if nobody wants it
-    targets    loops of points (x, y, z), mm, work coordinates: the contour, at the depth of the cycle; () if nobody wants it
+    targets    loops of points (x, y, z), mm, work coordinates: the contour, at the depth of the cycle; () if nobody
+               wants it
     """
 
     chunks: Union[tuple, Packed]

@@ -13,11 +13,11 @@ import json
 import os
 from typing import Any, Optional
 
-VARIABLE = 'CHIPWISE_REPORT'
-HEADLESS = 'CHIPWISE_PROGRAM'
-DEFAULT = '~/.chipwise-report.jsonl'
-DISPLAY = '~/.chipwise-display.jsonl'     # exists while a display reads it
-LARGEST = 1 << 20      # bytes of it
+VARIABLE = "CHIPWISE_REPORT"
+HEADLESS = "CHIPWISE_PROGRAM"
+DEFAULT = "~/.chipwise-report.jsonl"
+DISPLAY = "~/.chipwise-display.jsonl"  # exists while a display reads it
+LARGEST = 1 << 20  # bytes of it
 
 
 def path() -> Optional[str]:
@@ -33,7 +33,7 @@ def path() -> Optional[str]:
 def begin() -> None:
     """A display reads the report from now on."""
     try:
-        with open(os.path.expanduser(DISPLAY), 'w'):
+        with open(os.path.expanduser(DISPLAY), "w"):
             pass
     except OSError:
         pass
@@ -53,7 +53,7 @@ def record(kind: str, **figures: Any) -> None:
     if name is None:
         return
     try:
-        line = json.dumps(dict(figures, kind=kind), default=str) + '\n'
+        line = json.dumps(dict(figures, kind=kind), default=str) + "\n"
         handle = os.open(name, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o666)
         try:
             if os.fstat(handle).st_size < LARGEST:

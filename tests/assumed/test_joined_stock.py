@@ -37,8 +37,16 @@ def at(stock, values, x, y):
     return values[int((y - head.y0) / head.cell), int((x - head.x0) / head.cell)]
 
 
-@pytest.mark.parametrize("cell", [0.1, 0.133333333])             # 40 mm have 301 cells of 0.133333333: the last one is empty
-@pytest.mark.parametrize("low, high", [((0, 0, -10), (60, 40, 0)), ((-11.3, -4.7, -14), (71.9, 40, 0)), ((0, 0, -12), (40, 30, 0)), ((5, 5, -3), (55, 30, 2))])
+@pytest.mark.parametrize("cell", [0.1, 0.133333333])  # 40 mm have 301 cells of 0.133333333: the last one is empty
+@pytest.mark.parametrize(
+    "low, high",
+    [
+        ((0, 0, -10), (60, 40, 0)),
+        ((-11.3, -4.7, -14), (71.9, 40, 0)),
+        ((0, 0, -12), (40, 30, 0)),
+        ((5, 5, -3), (55, 30, 2)),
+    ],
+)
 def test_the_cut_of_before_is_there(low, high, cell):
     """The same slot in the larger box from the beginning is the truth: equal in the old box, and never lower."""
     old = ((0.0, 0.0, -10.0), (40.0, 30.0, 0.0))
@@ -68,13 +76,13 @@ def test_a_bottom_that_was_cut_through_is_there_in_a_deeper_box():
     joined = join(*taken(first), around(old, ((0.0, 0.0, -9.0), (40.0, 30.0, 1.0)), 0.0), 0.0, (0.25, 0.25, 400_000))
     found = heights(joined)
     assert at(joined, found, 20, 15) == pytest.approx(-5, abs=1e-3) and at(joined, found, 20, 25) == 1.0
-    assert at(joined, found, 39.9, 15) == pytest.approx(-5, abs=1e-3)           # also at its edge
+    assert at(joined, found, 39.9, 15) == pytest.approx(-5, abs=1e-3)  # also at its edge
 
 
 @pytest.mark.parametrize("seed", range(9310, 9310 + random_count(12)))
 def test_random_boxes_and_turns_never_lose_material(seed):
-    """Turned, with a map that has no room for the old cells, or with it: at random places the joined stock is as high as the old one, and as the new top where
-    nothing was cut."""
+    """Turned, with a map that has no room for the old cells, or with it: at random places the joined stock is as high
+    as the old one, and as the new top where nothing was cut."""
     rng = random.Random(seed)
     turn = rng.choice([0.0, rng.uniform(-1, 1)])
     old = ((0.0, 0.0, -8.0), (rng.uniform(20, 40), rng.uniform(15, 30), 0.0))
@@ -92,7 +100,9 @@ def test_random_boxes_and_turns_never_lose_material(seed):
     for _ in range(400):
         flat = rng.uniform(-8, 50), rng.uniform(-8, 40)
         place = np.add(turned(np.subtract(flat, middle), turn), middle)
-        if not all(a + 1.5 * step < v < b - 1.5 * step for v, a, b in zip(turned(place, -turn), *(turned_box(box, turn)))):
+        if not all(
+            a + 1.5 * step < v < b - 1.5 * step for v, a, b in zip(turned(place, -turn), *(turned_box(box, turn)))
+        ):
             continue
         in_old = all(a + 2 * step < v < b - 2 * step for v, a, b in zip(flat, old[0][:2], old[1][:2]))
         beyond = not all(a - 2 * step < v < b + 2 * step for v, a, b in zip(flat, old[0][:2], old[1][:2]))
@@ -121,6 +131,7 @@ def test_the_box_around_two_that_are_turned():
         middle = turned([(a + b) / 2 for a, b in zip(low, high)], turn)
         half = [(b - a) / 2 for a, b in zip(low, high)]
         return (*(m - h for m, h in zip(middle, half)), -5.0), (*(m + h for m, h in zip(middle, half)), 0.0)
+
     found = around(placed((0, 0), (10, 10)), placed((5, 2), (30, 6)), turn)
     wanted = placed((0, 0), (30, 10))
     assert np.allclose(found[0], wanted[0]) and np.allclose(found[1], wanted[1])

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""chipwise check and rewrite --scheduler: a real Dask cluster of two workers on this computer, and clusters that are not there."""
+"""chipwise check and rewrite --scheduler: a real Dask cluster of two workers on this computer, and clusters that are
+not there."""
+
 import json
 import os
 import signal
@@ -18,7 +20,7 @@ pytestmark = pytest.mark.xdist_group("dask")
 CHIPWISE = str(ROOT / "bin" / "chipwise")
 HEAD = "G21 G90 G17 G40 G49 G80 G94\nM250 P0 Q0 R-20 I100 J60 K20\nT1 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-4\nF400\n"
 BAD = 2
-BOUND_S = 240.0             # of a command that cannot reach its cluster, on a busy computer; it waits for 30 s
+BOUND_S = 240.0  # of a command that cannot reach its cluster, on a busy computer; it waits for 30 s
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -47,8 +49,13 @@ def programs(folder, count=8, moves=4000):
 
 def checked(folder, out, *options, stdout=subprocess.PIPE):
     """A running command."""
-    return subprocess.Popen([CHIPWISE, "check", str(folder), "--json", str(out), *options], stdin=subprocess.DEVNULL, text=True,
-                            stdout=stdout, stderr=subprocess.PIPE)
+    return subprocess.Popen(
+        [CHIPWISE, "check", str(folder), "--json", str(out), *options],
+        stdin=subprocess.DEVNULL,
+        text=True,
+        stdout=stdout,
+        stderr=subprocess.PIPE,
+    )
 
 
 def test_the_same_results_with_a_worker_killed_in_mid_run(cluster, tmp_path):
@@ -100,6 +107,7 @@ def test_a_scheduler_that_is_gone_ends_the_command(cluster, tmp_path, how):
 
 def test_a_cluster_without_workers_ends_the_command(tmp_path, monkeypatch):
     from chipwise.batch import cluster as product
+
     monkeypatch.setattr(product, "LOST_S", 3.0)
     monkeypatch.setattr(product, "PING_S", 0.5)
     found = Cluster(tmp_path, workers=0)
@@ -135,13 +143,28 @@ def test_without_the_package(tmp_path):
     (tmp_path / "distributed").mkdir()
     (tmp_path / "distributed" / "__init__.py").write_text("raise ImportError('none')\n")
     folder = programs(tmp_path / "programs", count=1, moves=3)
-    done = subprocess.run([CHIPWISE, "check", str(folder), "--scheduler", "tcp://127.0.0.1:1"], text=True, capture_output=True,
-                          env={**os.environ, "PYTHONPATH": str(tmp_path)}, stdin=subprocess.DEVNULL, timeout=BOUND_S, check=False)
+    done = subprocess.run(
+        [CHIPWISE, "check", str(folder), "--scheduler", "tcp://127.0.0.1:1"],
+        text=True,
+        capture_output=True,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        stdin=subprocess.DEVNULL,
+        timeout=BOUND_S,
+        check=False,
+    )
     assert done.returncode == 2
-    assert done.stderr == ("chipwise: check: --scheduler needs Dask, which is not installed; apt-get install python3-distributed, "
-                           "or use --jobs\n")
-    done = subprocess.run([CHIPWISE, "check", str(folder), "--scheduler", "tcp://127.0.0.1:1", "--jobs", "2"], text=True,
-                          capture_output=True, stdin=subprocess.DEVNULL, timeout=BOUND_S, check=False)
+    assert done.stderr == (
+        "chipwise: check: --scheduler needs Dask, which is not installed; apt-get install python3-distributed, "
+        "or use --jobs\n"
+    )
+    done = subprocess.run(
+        [CHIPWISE, "check", str(folder), "--scheduler", "tcp://127.0.0.1:1", "--jobs", "2"],
+        text=True,
+        capture_output=True,
+        stdin=subprocess.DEVNULL,
+        timeout=BOUND_S,
+        check=False,
+    )
     assert done.returncode == 2 and "--jobs counts processes of this computer" in done.stderr
 
 
@@ -152,9 +175,24 @@ def test_a_folder_is_rewritten_on_a_cluster(cluster, tmp_path):
     folder.mkdir()
     for seed in (900, 902, 903, 905, 908):
         (folder / f"{seed}.ngc").write_text(deep_program(seed))
-    command = subprocess.Popen([CHIPWISE, "rewrite", str(folder), "-o", str(tmp_path / "far"), "--flute", "--ini", str(ini),
-                                "--scheduler", cluster.address], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, text=True,
-                               stderr=subprocess.PIPE)
+    command = subprocess.Popen(
+        [
+            CHIPWISE,
+            "rewrite",
+            str(folder),
+            "-o",
+            str(tmp_path / "far"),
+            "--flute",
+            "--ini",
+            str(ini),
+            "--scheduler",
+            cluster.address,
+        ],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        text=True,
+        stderr=subprocess.PIPE,
+    )
     wait_for(lambda: cluster.runners(cluster.workers[0]) or command.poll() is not None, "a program on the first worker")
     cluster.workers[0].kill()
     _, errors = command.communicate(timeout=600)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The post-processors of docs/user/cam.md: chipwise check understands what they write.  tests/machine/test_cam_posts_run.py runs it."""
+"""The post-processors of docs/user/cam.md: chipwise check understands what they write.
+tests/machine/test_cam_posts_run.py runs it."""
 
 import shutil
 import subprocess
@@ -16,8 +17,15 @@ ADDED = ["M250", "M251 P1 Q12", "M252"]
 
 def in_inches(text):
     """The profile in inches, as FreeCAD writes it with --inches."""
-    return "\n".join(" ".join(f"{word[0]}{float(word[1:]) / 25.4:.4f}" if word[:1] in "XYZIJF" else word for word in line.split())
-                     for line in text.replace("G21", "G20").splitlines()) + "\n"
+    return (
+        "\n".join(
+            " ".join(
+                f"{word[0]}{float(word[1:]) / 25.4:.4f}" if word[:1] in "XYZIJF" else word for word in line.split()
+            )
+            for line in text.replace("G21", "G20").splitlines()
+        )
+        + "\n"
+    )
 
 
 def judged(tmp_path, program):
@@ -25,8 +33,10 @@ def judged(tmp_path, program):
     status, said, _, found = chipwise_check(tmp_path, {"a.ngc": program})
     assert status == 0 and "no findings" in said, said
     (tool,) = found["programs"][0]["tools"]
-    assert tool["volume_mm3"] == pytest.approx(cam_posts.CUT_MM3, rel=0.01)             # of 12 mm height and 1/10000 inch in the words
-    assert tool["peak_rate_mm3_min"] < 12000                # Q12 does not slow it down
+    assert tool["volume_mm3"] == pytest.approx(
+        cam_posts.CUT_MM3, rel=0.01
+    )  # of 12 mm height and 1/10000 inch in the words
+    assert tool["peak_rate_mm3_min"] < 12000  # Q12 does not slow it down
 
 
 @pytest.mark.parametrize("unit", ["mm", "inch"])
@@ -81,9 +91,17 @@ def test_freecad_itself(tmp_path):
     """What FreeCAD writes today: Debian 12 has 0.20."""
     (tmp_path / "chipwise_post.py").write_text(cam_posts.block("python"))
     (tmp_path / "job.py").write_text(JOB.format(folder=str(tmp_path)))
-    done = subprocess.run([FREECAD, tmp_path / "job.py"], text=True, stdin=subprocess.DEVNULL, capture_output=True, timeout=300,
-                          env={"HOME": str(tmp_path), "QT_QPA_PLATFORM": "offscreen", "PATH": "/usr/bin:/bin"})
+    done = subprocess.run(
+        [FREECAD, tmp_path / "job.py"],
+        text=True,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        timeout=300,
+        env={"HOME": str(tmp_path), "QT_QPA_PLATFORM": "offscreen", "PATH": "/usr/bin:/bin"},
+    )
     assert (tmp_path / "posted.ngc").exists(), done.stdout[-2000:] + done.stderr[-2000:]
     program = (tmp_path / "posted.ngc").read_text()
-    assert [line.rstrip() for line in program.splitlines() if "WORKPIECE" not in line and line not in ADDED] == TEXT.splitlines()
+    assert [
+        line.rstrip() for line in program.splitlines() if "WORKPIECE" not in line and line not in ADDED
+    ] == TEXT.splitlines()
     judged(tmp_path, program)

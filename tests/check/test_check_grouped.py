@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Findings of one cause are one line in the text, the report and the log of the filter; --json has each."""
+
 import html
 import re
 
@@ -12,8 +13,11 @@ from chipwise.check.result import Result
 from chipwise.cli.check import report
 
 DEPTHS = [10.5, 11.0, 14.25, 12.0, 10.2, 10.9, 11.7, 13.0]
-SAID = ("8 findings, the worst in line 13: cuts 14.25 mm deep at X2 Y0 Z-14.25, the flutes are 10 mm long; take smaller steps in Z, or a tool with "
-        "longer flutes")
+SAID = (
+    "8 findings, the worst in line 13: cuts 14.25 mm deep at X2 Y0 Z-14.25, the flutes are 10 mm long; take smaller "
+    "steps in Z, or a tool with "
+    "longer flutes"
+)
 
 
 def result():
@@ -36,15 +40,31 @@ def test_the_text():
     lines = list(report(result()))
     assert lines[0] == "a.ngc: 11 findings"
     assert lines[1:3] == ["  lines 5 to 8, 2 times: a note", "  line 7: another"]
-    assert lines[3:] == [f"  lines 9 to 23, tool 1: {SAID}", "  line 18, tool 1: a traverse meets 4 mm of stock at X0 Y0 Z-1; retract higher, or use G1",
-                         *(f"  line {n}, tool 2: cuts 9 mm deep at X0 Y0 Z-9, the flutes are 8 mm long; take smaller steps in Z, or a tool with longer "
-                           "flutes" for n in (30, 40))]
+    assert lines[3:] == [
+        f"  lines 9 to 23, tool 1: {SAID}",
+        "  line 18, tool 1: a traverse meets 4 mm of stock at X0 Y0 Z-1; retract higher, or use G1",
+        *(
+            f"  line {n}, tool 2: cuts 9 mm deep at X0 Y0 Z-9, the flutes are 8 mm long; take smaller steps in Z, or a "
+            f"tool with longer "
+            "flutes"
+            for n in (30, 40)
+        ),
+    ]
 
 
 def test_the_report_has_the_same_rows():
     text = page.page([result()])
-    rows = [[html.unescape(cell) for cell in re.findall(r"<td>(.*?)</td>", row)] for row in text.partition("<h3>Findings</h3>")[2].splitlines() if "<td>" in row]
-    assert [row[:3] for row in rows] == [["flute", "9 to 23", "1"], ["rapid", "18", "1"], ["flute", "30", "2"], ["flute", "40", "2"]]
+    rows = [
+        [html.unescape(cell) for cell in re.findall(r"<td>(.*?)</td>", row)]
+        for row in text.partition("<h3>Findings</h3>")[2].splitlines()
+        if "<td>" in row
+    ]
+    assert [row[:3] for row in rows] == [
+        ["flute", "9 to 23", "1"],
+        ["rapid", "18", "1"],
+        ["flute", "30", "2"],
+        ["flute", "40", "2"],
+    ]
     assert rows[0][3:] == ["2 0 -14.25", SAID]
 
 
@@ -54,7 +74,7 @@ def test_json_has_each():
 
 def test_the_worst_traverse_beside_stock_is_the_nearest():
     near = [Finding(CLEARANCE, n, n, 1, (0.0, 0.0, 0.0), value, 0.2) for n, value in ((1, 0.15), (2, 0.05), (3, 0.1))]
-    group, = grouped(near)
+    (group,) = grouped(near)
     assert group.worst.line == 2 and group.lines == (1, 3)
 
 

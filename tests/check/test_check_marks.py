@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The findings on the pictures of the report: where they are by the axes beside them, with their line, on the path; and what the report says of a
-program that is not judged."""
+"""The findings on the pictures of the report: where they are by the axes beside them, with their line, on the path; and
+what the report says of a program that is not judged."""
 
 import html
 import re
@@ -13,10 +13,11 @@ from chipwise.check.page_stock import ticks
 from support import panel_browser
 from support.check_runs import HEAD, chipwise_check, mill_with_tools
 
-# Too deep in line 9 at X15 Y20 (the tool is in the stock to its axis), and a traverse through it in line 10 along Y, up to Y35.
+# Too deep in line 9 at X15 Y20 (the tool is in the stock to its axis), and a traverse through it in line 10 along Y, up
+# to Y35.
 MOVES = "T1 M6\nS1000 M3\nF600\nG0 X{0} Y{1} Z{2}\nG1 Z{3}\nG1 X{4}\nG0 Y{5}\nG0 Z{2}\nM2\n"
 OFFSET = "G10 L2 P1 X5 Y-7 Z3 R{}\nG54\n"
-PX = 1.5            # of the axes' rounding and of the mark
+PX = 1.5  # of the axes' rounding and of the mark
 
 
 def program(scale=1.0, offset=""):
@@ -24,12 +25,19 @@ def program(scale=1.0, offset=""):
     places = [f"{v / scale:.6f}" for v in (-10, 20, 5, -12, 50, 35)]
     size = [f"{v / scale:.6f}" for v in (0, 0, -20, 60, 40, 20)]
     head = HEAD if scale == 1.0 else HEAD.replace("G21", "G20")
-    return head + offset + "M250 P{} Q{} R{} I{} J{} K{}\n".format(*size) + MOVES.format(*places).replace("F600", f"F{600 / scale:g}")
+    return (
+        head
+        + offset
+        + "M250 P{} Q{} R{} I{} J{} K{}\n".format(*size)
+        + MOVES.format(*places).replace("F600", f"F{600 / scale:g}")
+    )
 
 
 def reported(tmp_path, text, *options, status=1):
     """-> (report, results of --json)."""
-    found = chipwise_check(tmp_path, {"part.ngc": text}, "--report", str(tmp_path / "r.html"), *options, machine=mill_with_tools(tmp_path))
+    found = chipwise_check(
+        tmp_path, {"part.ngc": text}, "--report", str(tmp_path / "r.html"), *options, machine=mill_with_tools(tmp_path)
+    )
     assert found[0] == status, found
     return (tmp_path / "r.html").read_text(), found[3]["programs"][0]
 
@@ -46,11 +54,22 @@ def picture(text):
     """The second picture of a report -> (svg, [(x, y as by its axes, label, row, title)], mm or in per px)."""
     svg = re.findall(r'<svg class="above".*?</figcaption>', text, re.S)[1]
     x, y = axis(svg, "middle", 0), axis(svg, "end", 1)
-    marks = re.findall(r'<a href="#(\w+)"><g class="mark"><title>(.*?)</title><circle cx="([\d.]+)" cy="([\d.]+)" r="5"/><text [^>]*>(\w+)</text>', svg)
-    return svg, [(x(float(cx)), y(float(cy)), label, row, html.unescape(title)) for row, title, cx, cy, label in marks], abs(x(1.0) - x(0.0)), (x, y)
+    marks = re.findall(
+        r'<a href="#(\w+)"><g class="mark"><title>(.*?)</title><circle cx="([\d.]+)" cy="([\d.]+)" r="5"/><text '
+        r"[^>]*>(\w+)</text>",
+        svg,
+    )
+    return (
+        svg,
+        [(x(float(cx)), y(float(cy)), label, row, html.unescape(title)) for row, title, cx, cy, label in marks],
+        abs(x(1.0) - x(0.0)),
+        (x, y),
+    )
 
 
-@pytest.mark.parametrize("scale, offset", [(1.0, ""), (1.0, OFFSET.format(0)), (25.4, "")], ids=["mm", "offset", "inch program"])
+@pytest.mark.parametrize(
+    "scale, offset", [(1.0, ""), (1.0, OFFSET.format(0)), (25.4, "")], ids=["mm", "offset", "inch program"]
+)
 def test_findings_are_marked_where_they_are(tmp_path, scale, offset):
     text, result = reported(tmp_path, program(scale, offset))
     _svg, marks, per, _axes = picture(text)
@@ -73,9 +92,15 @@ def test_turned_work_coordinates(tmp_path):
 def test_the_path_goes_through_the_marks(tmp_path):
     text, _result = reported(tmp_path, program())
     svg, _marks, per, (x, y) = picture(text)
-    lines = {kind: [(x(float(a)), y(float(b))) for a, b in (p.split(",") for p in points.split())]
-             for kind, points in re.findall(r'<polyline class="(\w+)" points="([^"]*)"', svg)}
-    assert lines["feed"][-1] == pytest.approx((50, 20), abs=PX * per) and ("rapid" in lines) and lines["rapid"][0] == pytest.approx((50, 20), abs=PX * per)
+    lines = {
+        kind: [(x(float(a)), y(float(b))) for a, b in (p.split(",") for p in points.split())]
+        for kind, points in re.findall(r'<polyline class="(\w+)" points="([^"]*)"', svg)
+    }
+    assert (
+        lines["feed"][-1] == pytest.approx((50, 20), abs=PX * per)
+        and ("rapid" in lines)
+        and lines["rapid"][0] == pytest.approx((50, 20), abs=PX * per)
+    )
 
 
 def test_a_stock_that_is_defined_again_begins_anew(tmp_path):
@@ -89,14 +114,17 @@ def test_a_stock_that_is_defined_again_begins_anew(tmp_path):
 
 def test_a_program_that_is_not_judged(tmp_path):
     """Extents, deepest tip, tools and times, in the text and in the report."""
-    moves = HEAD + "T4 M6\nS1000 M3\nF600\nG0 X0 Y0 Z5\nG1 Z-3.5\nG1 X90\nG1 Y40\nG0 Z5\nM2\n"          # T4 has no diameter
+    moves = HEAD + "T4 M6\nS1000 M3\nF600\nG0 X0 Y0 Z5\nG1 Z-3.5\nG1 X90\nG1 Y40\nG0 Z5\nM2\n"  # T4 has no diameter
     text, result = reported(tmp_path, moves, status=2)
     assert result["extents_mm"]["min"][2] == -3.5
     assert "It feeds from X0 Y0 Z-3.5 to X90 Y40 Z" in text and "the deepest tip is at Z-3.5" in text
     assert re.search(r"<td>4</td><td>not known</td><td>0:1\d\.\d</td>", text)
 
 
-@pytest.mark.parametrize("seconds, said", [(0, "0:00.0"), (12.44, "0:12.4"), (59.97, "1:00.0"), (599.94, "9:59.9"), (599.96, "10:00"), (4502.6, "75:03")])
+@pytest.mark.parametrize(
+    "seconds, said",
+    [(0, "0:00.0"), (12.44, "0:12.4"), (59.97, "1:00.0"), (599.94, "9:59.9"), (599.96, "10:00"), (4502.6, "75:03")],
+)
 def test_minutes(seconds, said):
     assert minutes(seconds) == said
 
@@ -116,12 +144,17 @@ def test_the_stock_that_turns_has_the_marks(tmp_path):
     try:
         driver.get(f"file://{tmp_path}/r.html")
         end = time.monotonic() + panel_browser.WAIT_S
-        script = "return Array.from(document.querySelectorAll('.turned a'), (a) => [a.textContent, a.title, a.style.left, a.style.top, a.hidden])"
+        script = (
+            "return Array.from(document.querySelectorAll('.turned a'), (a) => [a.textContent, a.title, "
+            "a.style.left, a.style.top, a.hidden])"
+        )
         while not (links := driver.execute_script(script)) and time.monotonic() < end:
             time.sleep(0.1)
         assert [link[1] for link in links] == [found["text"] for found in result["findings"]]
         assert all(link[0].endswith(f" {found['line']}") for link, found in zip(links, result["findings"]))
-        driver.execute_script("document.querySelector('canvas').dispatchEvent(new KeyboardEvent('keydown', {key: 'ArrowLeft'}))")
+        driver.execute_script(
+            "document.querySelector('canvas').dispatchEvent(new KeyboardEvent('keydown', {key: 'ArrowLeft'}))"
+        )
         turned = driver.execute_script(script)
         assert all(a[2:4] != b[2:4] for a, b in zip(links, turned)) and not any(link[4] for link in turned)
         assert [entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"] == []

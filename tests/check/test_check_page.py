@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The HTML page of chipwise check: self-contained, everything in it is text, figures and pictures are those of the result."""
+"""The HTML page of chipwise check: self-contained, everything in it is text, figures and pictures are those of the
+result."""
 
 import base64
 import html.parser
@@ -51,8 +52,19 @@ class Parser(html.parser.HTMLParser):
 
 def make_result(program="a.ngc"):
     result = Result(program, cell=0.5, moves=10)
-    result.tools[3] = ToolFigures(3, 6.0, ToolGeometry("ball", flute_length=12.0), feed_s=10, planned_s=11, volume=600.0, feed_volume=650.0,
-                                  cutting_s=6.0, depth=14.25, depth_line=7, reach=15.0)
+    result.tools[3] = ToolFigures(
+        3,
+        6.0,
+        ToolGeometry("ball", flute_length=12.0),
+        feed_s=10,
+        planned_s=11,
+        volume=600.0,
+        feed_volume=650.0,
+        cutting_s=6.0,
+        depth=14.25,
+        depth_line=7,
+        reach=15.0,
+    )
     result.findings = Findings()
     result.findings.add(Finding(FLUTE, 7, 9, 3, (1.0, 2.0, -3.0), 14.25, 12.0))
     result.load = (0.5, np.array([0.0, 6000.0, 3000.0]))
@@ -76,7 +88,7 @@ def test_figures_and_pictures():
     for cell in ("600", "6.5", "14.25 (line 7)", "12", "14.3", "15", "7 to 9", "1 2 -3"):
         assert cell in parser.cells
     assert "mean cm3/min" in text and "Removal rate, cm3/min" in text and ">6</text>" in text and "mm3/min" not in text
-    stock, = json.loads(parser.data)
+    (stock,) = json.loads(parser.data)
     heights = np.frombuffer(base64.b64decode(stock["after"]), "<u2").reshape(stock["rows"], stock["columns"])
     expected = make_result().drawing.after + 10.0
     assert stock["cell"] == 0.5 and np.allclose(heights / 65535 * stock["high"], expected, atol=1e-3)
@@ -113,8 +125,10 @@ def test_many_programs_keep_the_page_small():
     _text, parser = parse(results)
     assert len(json.loads(parser.data)) == page.PICTURES
     large = make_result()
-    large.drawing = Drawing(0.1, (0.0, 0.0, -10.0), np.zeros((900, 1200), np.float32), np.zeros((900, 1200), np.float32))
-    stock, = json.loads(parse([large])[1].data)
+    large.drawing = Drawing(
+        0.1, (0.0, 0.0, -10.0), np.zeros((900, 1200), np.float32), np.zeros((900, 1200), np.float32)
+    )
+    (stock,) = json.loads(parse([large])[1].data)
     assert max(stock["rows"], stock["columns"]) <= page_stock.CELLS and stock["cell"] == pytest.approx(0.5)
 
 
@@ -129,5 +143,8 @@ def test_the_axis_ends_at_a_round_number():
     for value in [*np.geomspace(1e-3, 1e7, 400), 1.0, 10.0, 44288.0, 1.6e4]:
         top = page.round_above(float(value))
         assert value <= top * (1 + 1e-12) <= 1.5 * value + 1e-9, (value, top)
-        assert all(len(f"{mark:.6e}".partition("e")[0].rstrip("0").rstrip(".").replace(".", "")) <= 2 for mark in (top, top / 2)), top
+        assert all(
+            len(f"{mark:.6e}".partition("e")[0].rstrip("0").rstrip(".").replace(".", "")) <= 2
+            for mark in (top, top / 2)
+        ), top
     assert page.round_above(44288.0) == 50000 and page.round_above(0.0) > 0

@@ -20,7 +20,7 @@ TOLERANCE = 0.05
 # A block of 40 x 30 with a pocket of 20 x 14 and 5 mm deep in it, from Z-10 to 0.
 XS, YS = [0.0, 10.0, 30.0, 40.0], [0.0, 8.0, 22.0, 30.0]
 POCKET = [[0.0, 0.0, 0.0], [0.0, -5.0, 0.0], [0.0, 0.0, 0.0]]
-CORNER = 3 * (1 - math.sqrt(0.5))       # what a tool of 6 mm leaves of a sharp corner, from the walls
+CORNER = 3 * (1 - math.sqrt(0.5))  # what a tool of 6 mm leaves of a sharp corner, from the walls
 
 
 def cut(segments, radius=3.0, low=(-5.0, -5.0, -10.0), high=(45.0, 35.0, 0.0), cell=0.1):
@@ -54,7 +54,9 @@ def test_what_a_round_tool_leaves_of_a_sharp_corner():
     assert 4 * 9 * (1 - math.pi / 4) * 0.6 < rest.area < 4 * 9 * (1 - math.pi / 4)
 
 
-@pytest.mark.parametrize("by, floor, expected", [(0.3, -5.0, 0.3), (0.0, -5.4, 0.4), (0.02, -5.03, 0.0), (1.0, -5.0, 1.0)])
+@pytest.mark.parametrize(
+    "by, floor, expected", [(0.3, -5.0, 0.3), (0.0, -5.4, 0.4), (0.02, -5.03, 0.0), (1.0, -5.0, 1.0)]
+)
 def test_a_wall_or_a_floor_that_is_cut_too_far(by, floor, expected):
     """The distance to the surface, not the height of the wall; a micrometre beside a wall is nothing."""
     gouge, _rest, _beyond = judged(cut(pocket(by, floor)), block())
@@ -71,7 +73,10 @@ def test_through_the_part():
     """A hole where there is part, between its side at Y0 and the pocket."""
     cuts = [*pocket(), ((20.0, 3.0), (20.0, 3.0), -10.0)]
     gouge, _rest, _beyond = judged(cut(cuts), block())
-    assert gouge.most == pytest.approx(deviations(XS, YS, POCKET, -10.0, cuts, 3.0, 0.0)[0], abs=0.1) and 5.0 < gouge.most < 6.0
+    assert (
+        gouge.most == pytest.approx(deviations(XS, YS, POCKET, -10.0, cuts, 3.0, 0.0)[0], abs=0.1)
+        and 5.0 < gouge.most < 6.0
+    )
 
 
 def random_case(rng):
@@ -81,8 +86,14 @@ def random_case(rng):
     if min(np.diff(xs).min(), np.diff(ys).min()) < 0.5:
         return random_case(rng)
     levels = [[rng.choice((0.0, -1.0, -3.3, -6.0)) for _ in xs[1:]] for _ in ys[1:]]
-    segments = [((rng.uniform(0, 40), rng.uniform(0, 30)), (rng.uniform(0, 40), rng.uniform(0, 30)), rng.choice((-0.4, -1.0, -3.3, -5.0, -9.0)))
-                for _ in range(rng.randint(1, 12))]
+    segments = [
+        (
+            (rng.uniform(0, 40), rng.uniform(0, 30)),
+            (rng.uniform(0, 40), rng.uniform(0, 30)),
+            rng.choice((-0.4, -1.0, -3.3, -5.0, -9.0)),
+        )
+        for _ in range(rng.randint(1, 12))
+    ]
     return xs, ys, levels, segments
 
 
@@ -95,7 +106,11 @@ def test_random_parts():
         radius = rng.choice((1.0, 3.0))
         found = judged(cut(segments, radius, cell=0.1), model_of(triangles(xs, ys, levels, -10.0)))
         for mine, oracle in zip(found, deviations(xs, ys, levels, -10.0, segments, radius, 0.0)):
-            right = oracle - slack <= mine.most <= oracle + GRID_MM + 0.01 if oracle > TOLERANCE + slack else mine.most <= TOLERANCE + slack + GRID_MM
+            right = (
+                oracle - slack <= mine.most <= oracle + GRID_MM + 0.01
+                if oracle > TOLERANCE + slack
+                else mine.most <= TOLERANCE + slack + GRID_MM
+            )
             if not right:
                 path = write_replay("part", {"seed": seed, "case": case})
                 pytest.fail(f"part {case} of seed {seed}: {mine} and {oracle:.3f}; {path}")
@@ -114,9 +129,15 @@ def test_triangles_that_face_another_side(turn):
 def test_turned_and_shifted_work_coordinates():
     frame = Frame(math.pi / 2, (50.0, 3.0, 2.0), (1.0, -2.0, 0.5))
     place = [tuple(frame.to_machine((*a, z))) for a, b, z in pocket(0.5) for a in (a, b)]
-    stock = cut([(a[:2], b[:2], a[2]) for a, b in zip(place[::2], place[1::2])], low=(0.0, -10.0, -7.5), high=(60.0, 60.0, 2.5))
+    stock = cut(
+        [(a[:2], b[:2], a[2]) for a, b in zip(place[::2], place[1::2])], low=(0.0, -10.0, -7.5), high=(60.0, 60.0, 2.5)
+    )
     gouge, rest, _beyond = judged(stock, block(), frame=frame)
-    assert gouge.most == pytest.approx(0.5, abs=0.1) and frame.to_work(gouge.at)[2] == pytest.approx(-5.0, abs=1e-3) and rest.most < CORNER + 0.01
+    assert (
+        gouge.most == pytest.approx(0.5, abs=0.1)
+        and frame.to_work(gouge.at)[2] == pytest.approx(-5.0, abs=1e-3)
+        and rest.most < CORNER + 0.01
+    )
 
 
 def test_a_ball_and_a_slope():
@@ -124,8 +145,14 @@ def test_a_ball_and_a_slope():
     angles, xs = np.linspace(0, math.pi, 91), (0.0, 40.0)
     y, z = 15 - 4 * np.cos(angles), -4 * np.sin(angles)
     ys, zs = np.array([0.0, *y, 30.0]), np.array([0.0, *z, 0.0])
-    shape = [(a, b, c) for k in range(len(ys) - 1) for a, b, c in
-             (((xs[0], ys[k], zs[k]), (xs[1], ys[k], zs[k]), (xs[1], ys[k + 1], zs[k + 1])), ((xs[0], ys[k], zs[k]), (xs[1], ys[k + 1], zs[k + 1]), (xs[0], ys[k + 1], zs[k + 1])))]
+    shape = [
+        (a, b, c)
+        for k in range(len(ys) - 1)
+        for a, b, c in (
+            ((xs[0], ys[k], zs[k]), (xs[1], ys[k], zs[k]), (xs[1], ys[k + 1], zs[k + 1])),
+            ((xs[0], ys[k], zs[k]), (xs[1], ys[k + 1], zs[k + 1]), (xs[0], ys[k + 1], zs[k + 1])),
+        )
+    ]
     for deep, expected in ((-4.0, 0.0), (-4.2, 0.2)):
         stock, tool = HeightMap((0.0, 0.0, -10.0), (40.0, 30.0, 0.0), 0.1), Shape(8.0, 4.0)
         stock.cut(tool, (-6.0, 15.0, 5.0), np.array([(-6.0, 15.0, deep), (46.0, 15.0, deep)]))
@@ -135,13 +162,26 @@ def test_a_ball_and_a_slope():
 
 # ---- the command ---------------------------------------------------------------------------------------------------
 
-PROGRAM = HEAD + "M250 P-5 Q-5 R-10 I50 J40 K10\nT5 M6\nS8000 M3\nF900\nG0 Z5\n" + "".join(
-    "G0 X{} Y{}\nG1 Z{}\nG1 X{} Y{}\nG0 Z5\n".format(*a, z, *b) for a, b, z in pocket(0.3)) + "M2\n"
+PROGRAM = (
+    HEAD
+    + "M250 P-5 Q-5 R-10 I50 J40 K10\nT5 M6\nS8000 M3\nF900\nG0 Z5\n"
+    + "".join("G0 X{} Y{}\nG1 Z{}\nG1 X{} Y{}\nG0 Z5\n".format(*a, z, *b) for a, b, z in pocket(0.3))
+    + "M2\n"
+)
 
 
 def run(tmp_path, *options, program=PROGRAM, part=None):
     path = write_stl(tmp_path / "pocket.stl", triangles(XS, YS, POCKET, -10.0)) if part is None else part
-    return chipwise_check(tmp_path, {"a.ngc": program}, "--part", path, "--report", str(tmp_path / "r.html"), *options, machine=mill_with_tools(tmp_path))
+    return chipwise_check(
+        tmp_path,
+        {"a.ngc": program},
+        "--part",
+        path,
+        "--report",
+        str(tmp_path / "r.html"),
+        *options,
+        machine=mill_with_tools(tmp_path),
+    )
 
 
 def own_line(finding):
@@ -158,11 +198,19 @@ def own_line(finding):
 def test_text_json_and_report(tmp_path):
     status, said, errors, data = run(tmp_path, "--cell", "0.1")
     result = data["programs"][0]
-    finding, = [one for one in result["findings"] if one["rule"] == "gouge"]
+    (finding,) = [one for one in result["findings"] if one["rule"] == "gouge"]
     assert status == 1 and not errors and result["part"]["gouge_mm"] == finding["value"] == pytest.approx(0.3, abs=0.1)
-    assert re.search(r"^  part pocket.stl: gouged, at most 0.(2[5-9]|30)\d* mm at X", said, re.M) and "; left on it at most " in said and "(tolerance 0.05 mm)" in said
+    assert (
+        re.search(r"^  part pocket.stl: gouged, at most 0.(2[5-9]|30)\d* mm at X", said, re.M)
+        and "; left on it at most " in said
+        and "(tolerance 0.05 mm)" in said
+    )
     assert "  " + finding["text"] in said.splitlines() and " the part is gouged by " in finding["text"]
-    assert own_line(finding) == finding["line"] and finding["tool"] == 5 and finding["text"].startswith(f"line {finding['line']}, tool 5: ")
+    assert (
+        own_line(finding) == finding["line"]
+        and finding["tool"] == 5
+        and finding["text"].startswith(f"line {finding['line']}, tool 5: ")
+    )
     report = (tmp_path / "r.html").read_text()
     assert "part pocket.stl: gouged" in report and f">{finding['line']}</text>" in report
 
@@ -181,10 +229,16 @@ def test_a_part_that_reaches_out_of_the_stock(tmp_path):
     assert "the part reaches 3 mm out of the stock: what is there is not judged" in said
 
 
-@pytest.mark.parametrize("options, words", [
-    (["--part-at", "500", "0", "0"], "the part lies beside the stock"), (["--part-scale", "0"], "--part-scale 0 is not from"),
-    (["--part-tolerance", "nan"], "--part-tolerance nan is not from"), (["--part-at", "nan", "0", "0"], "--part-at is not three numbers"),
-    (["--part-scale", "10000"], "the model reaches 400000 mm")])
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        (["--part-at", "500", "0", "0"], "the part lies beside the stock"),
+        (["--part-scale", "0"], "--part-scale 0 is not from"),
+        (["--part-tolerance", "nan"], "--part-tolerance nan is not from"),
+        (["--part-at", "nan", "0", "0"], "--part-at is not three numbers"),
+        (["--part-scale", "10000"], "the model reaches 400000 mm"),
+    ],
+)
 def test_options_that_cannot_be(tmp_path, options, words):
     status, said, errors, _data = run(tmp_path, *options)
     assert status == 2 and words in said + errors
@@ -193,9 +247,12 @@ def test_options_that_cannot_be(tmp_path, options, words):
 def test_a_model_with_too_many_triangles(monkeypatch, tmp_path):
     from chipwise.check import part_simulation
     from chipwise.errors import CycleError
+
     monkeypatch.setattr(part_simulation, "MOST_TRIANGLES", 20)
     monkeypatch.setattr(part_simulation.Simulation, "__init__", lambda *_: None)
-    order = part_simulation.PartOrder(write_stl(tmp_path / "m.stl", triangles(XS, YS, POCKET, -10.0)), part_simulation.Placing())
+    order = part_simulation.PartOrder(
+        write_stl(tmp_path / "m.stl", triangles(XS, YS, POCKET, -10.0)), part_simulation.Placing()
+    )
     with pytest.raises(CycleError, match="the part has [0-9]+ triangles, more than 20"):
         order()
 

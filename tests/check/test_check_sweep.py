@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The offline sweep (components/offline/height_sweep.c) against closed forms and against an oracle of fine needles.
 
-Depth is at most one cell more than the oracle's, and never less but for remains smaller than a cell; check_oracle.py shares nothing with the sweep.
+Depth is at most one cell more than the oracle's, and never less but for remains smaller than a cell; check_oracle.py
+shares nothing with the sweep.
 """
 
 import math
@@ -17,13 +18,15 @@ from chipwise.clib.height_map import CYLINDER, HeightMap, Shape, times
 CELL = 0.25
 COUNT = random_count(6)
 SEED = int(os.environ.get("CHIPWISE_SEED", "1"))
-SKINS = 0.02, 0.001         # mm: the oracle's tool made smaller, for the lower and the upper bound
-SLACK = 0.3                 # cells below the oracle: the ridge between two needles on a steep slope
-LENS = 1.1                  # mm late, for cells and radii of 1 mm: (cells^2 x 1.63 / sqrt(2 x radius))^(2/3)
-LATE = LENS * CELL ** (4 / 3) * 1.5 ** (-1 / 3)      # mm, for the smallest radius here; times the slope of a rise it is in the depth
-STEP_OVER = 0.03            # mm, the oracle's step
-SELDOM = 0.02               # of the moves may be below,
-FAR_SELDOM = 0.01           # and by more than SLACK: what is left of a ridge, smaller than a cell, falls between the needles
+SKINS = 0.02, 0.001  # mm: the oracle's tool made smaller, for the lower and the upper bound
+SLACK = 0.3  # cells below the oracle: the ridge between two needles on a steep slope
+LENS = 1.1  # mm late, for cells and radii of 1 mm: (cells^2 x 1.63 / sqrt(2 x radius))^(2/3)
+LATE = (
+    LENS * CELL ** (4 / 3) * 1.5 ** (-1 / 3)
+)  # mm, for the smallest radius here; times the slope of a rise it is in the depth
+STEP_OVER = 0.03  # mm, the oracle's step
+SELDOM = 0.02  # of the moves may be below,
+FAR_SELDOM = 0.01  # and by more than SLACK: what is left of a ridge, smaller than a cell, falls between the needles
 
 
 def cut(stock, tool, *places):
@@ -78,21 +81,24 @@ def test_moves_of_micrometres_are_as_deep_as_long_ones(shape, step):
     y = np.arange(-4.0, -1.0, step)
     met = stock.cut(SHAPES[shape], (30, -4.5, -10), np.column_stack((np.full(len(y), 30.0), y, np.full(len(y), -10.0))))
     assert met["depth"].max() == pytest.approx(10.0, abs=0.01)
-    again = stock.cut(SHAPES[shape], (30, -4.5, -10), np.column_stack((np.full(len(y), 30.0), y + 0.3 * step, np.full(len(y), -10.0))))
+    again = stock.cut(
+        SHAPES[shape], (30, -4.5, -10), np.column_stack((np.full(len(y), 30.0), y + 0.3 * step, np.full(len(y), -10.0)))
+    )
     assert again["depth"][:-3].max(initial=0.0) == 0.0
 
 
 @pytest.mark.parametrize("step", [0.002, 0.01, 0.03])
 @pytest.mark.parametrize("end", [(0, 0, 5), (3, 0, -5)])
 def test_no_skin_is_left_where_short_moves_end(step, end):
-    """Moves of micrometres spare the skin, and the whole tool follows: behind the move after them no needle under it stands higher than its tip."""
+    """Moves of micrometres spare the skin, and the whole tool follows: behind the move after them no needle under
+    it stands higher than its tip."""
     stock = HeightMap((0, 0, -20), (40, 40, 0), 0.1)
     x = np.arange(15, 20, step)
     stock.cut(Shape(6), (15, 20, -5), np.column_stack((x, np.full(len(x), 20.0), np.full(len(x), -5.0))))
     stock.cut(Shape(6), (x[-1], 20, -5), np.array([(x[-1] + end[0], 20 + end[1], end[2])], float))
     u = stock.x0 + np.arange(stock.nx) * stock.cell + stock.shift_x[:, None] - x[-1]
     v = stock.y0 + np.arange(stock.ny)[:, None] * stock.cell + stock.shift_y - 20
-    under = u ** 2 + v ** 2 < (3 - 1e-5) ** 2
+    under = u**2 + v**2 < (3 - 1e-5) ** 2
     assert under.sum() > 2500 and stock.height[under].max() == -5.0
 
 
@@ -108,7 +114,7 @@ def test_a_steep_move_meets_the_wall_beside_it(shape, angle, pieces):
         path = np.array([30, -3.2, a]) + rise * [0, 20 / slope, b - a]
         depth = stock.cut(SHAPES[shape], path[0], path[1:])["depth"].max()
         truth = 25.0 - 0.2 * slope if a < b else 25.0
-        late = 0.06 * slope                     # mm: the nearest needle is so far behind the wall's face
+        late = 0.06 * slope  # mm: the nearest needle is so far behind the wall's face
         assert truth - late - 0.01 <= depth <= truth + CELL
 
 
@@ -154,7 +160,9 @@ def test_moves_straight_along_the_axis_are_cut_as_if_every_step_were(case):
     rng = np.random.default_rng(SEED * 1000 + case)
     cell = rng.uniform(0.21, 0.31)
     stocks = [HeightMap((-9.3, -11.1, -20), (10.7, 8.4, 0), cell) for _ in range(2)]
-    tool = [Shape(6), Shape(5, 2.5), Shape(6, 1.1), Shape(8, 0.2, 60), Shape(4, holder_diameter=11.0, stick_out=7.7)][case % 5]
+    tool = [Shape(6), Shape(5, 2.5), Shape(6, 1.1), Shape(8, 0.2, 60), Shape(4, holder_diameter=11.0, stick_out=7.7)][
+        case % 5
+    ]
     places = [np.array((0.0, -20.0, 5.0))]
     for _ in range(14):
         low, y = rng.uniform((-24, -12), (3, 9))
@@ -172,7 +180,8 @@ def test_moves_straight_along_the_axis_are_cut_as_if_every_step_were(case):
 
 
 def random_case(seed):
-    """(judged, lower, upper, mm that it may be less for a late needle) of the depths of a random program, and the two volumes left."""
+    """(judged, lower, upper, mm that it may be less for a late needle) of the depths of a random program, and the two
+    volumes left."""
     rng = np.random.default_rng([SEED, seed])
     diameter = rng.choice([3.0, 4.0, 6.0])
     tool = [(diameter, 0, 0), (diameter, diameter / 2, 0), (diameter, 0.5, 0), (diameter, 0, 90.0)][seed % 4]
@@ -198,7 +207,8 @@ def random_case(seed):
 
 
 def verdict(depths):
-    """Moves whose judged depth is below the oracle's, and that by more than seldom is allowed; moves more than a cell above."""
+    """Moves whose judged depth is below the oracle's, and that by more than seldom is allowed; moves more than a cell
+    above."""
     judged, lower, upper, late = depths.T
     return (judged < lower - late - 1e-3), (judged < lower - late - SLACK * CELL), (judged > upper + CELL + 1e-3)
 
@@ -219,16 +229,16 @@ def test_random_steep_moves_to_a_wall_against_fine_needles(case):
     rng = np.random.default_rng([SEED, case])
     radius, angle, slope = rng.choice([1.5, 3.0]), rng.uniform(-1, 1), math.tan(math.radians(rng.uniform(60, 88)))
     corner = [0.0, radius, 0.5][case % 3]
-    gap, inside = rng.uniform(0.05, 0.3), rng.uniform(0.3, 0.5)     # mm before the wall, and in it
+    gap, inside = rng.uniform(0.05, 0.3), rng.uniform(0.3, 0.5)  # mm before the wall, and in it
     ahead = np.array([math.tan(angle), 1.0]) * (gap + inside)
     rise = slope * math.hypot(*ahead) * (1 if case % 2 else -1)
     here = np.array([rng.uniform(9, 11), -radius - gap, -5.0 - max(rise, 0.0)])
     there = here + (*ahead, rise)
     low, high = (0, 0, -40), (20, 6, 0)
     judged = float(HeightMap(low, high, CELL).cut(Shape(2 * radius, corner), here, there[None])["depth"][0])
-    truth, = Needles(low, high, 0.1).move((2 * radius, corner, 0.0), here, there, SKINS[:1])
+    (truth,) = Needles(low, high, 0.1).move((2 * radius, corner, 0.0), here, there, SKINS[:1])
     late = (LENS * CELL ** (4 / 3) * radius ** (-1 / 3) + 0.004) * slope / math.cos(angle)
-    early = (0.04 + SKINS[0]) * slope / math.cos(angle)             # the oracle's own needles are late, too
+    early = (0.04 + SKINS[0]) * slope / math.cos(angle)  # the oracle's own needles are late, too
     assert truth > 3.0 and truth - late - SLACK * CELL <= judged <= truth + early + CELL, (judged, truth, late, early)
 
 
@@ -239,11 +249,11 @@ def test_the_oracle_sees_steep_moves_and_moves_of_micrometres(angle):
     for a, b in ((-25.0, -5.0), (-5.0, -25.0)):
         needles = Needles((20, 0, -40), (40, 10, 0), 0.1)
         found = np.array(needles.move((6, 0, 0), (30, -3.2, a), (30, -3.2 + 20 / slope, b), skins))
-        behind = 0.037 + np.array(skins) + STEP_OVER                # mm: the first needles, and the oracle's step
+        behind = 0.037 + np.array(skins) + STEP_OVER  # mm: the first needles, and the oracle's step
         truth = 25.0 - (0.2 + behind) * slope if a < b else np.full(3, 24.8)
         assert (found >= truth - 0.02).all() and (found <= (25.0 - 0.2 * slope if a < b else 25.0) + 0.02).all()
         again = needles.move((6, 0, 0), (30, -3.2, a), (30, -3.2 + 20 / slope, b), skins)
-        assert np.array(again).max() <= 0.02                        # what it has cut is not met again
+        assert np.array(again).max() <= 0.02  # what it has cut is not met again
     needles, here, depth = Needles((20, 0, -40), (40, 10, 0), 0.1), np.array([30.0, -3.05, -9.0]), 0.0
     for _ in range(60):
         depth = max(depth, *needles.move((6, 0, 0), here, here + (0, 0.002, 0), skins[:2]))
@@ -258,11 +268,17 @@ def test_how_late_a_wall_is_met(cell, radius):
     whole = stock.height.copy()
     for _ in range(10 * COUNT):
         into = np.arange(-0.02, 1.2 * cell, 0.02 * cell)
-        path = np.column_stack((rng.uniform(12, 28) + math.tan(rng.uniform(-1, 1)) * into, into - radius, np.full(len(into), -3.0)))
+        path = np.column_stack(
+            (rng.uniform(12, 28) + math.tan(rng.uniform(-1, 1)) * into, into - radius, np.full(len(into), -3.0))
+        )
         met = stock.cut(Shape(2 * radius), path[0], path[1:])
         stock.height[...] = whole
         late.append(into[1 + int(np.argmax(met["depth"] > 0.01))])
-    assert 0.25 * LENS * cell ** (4 / 3) * radius ** (-1 / 3) < max(late) <= LENS * cell ** (4 / 3) * radius ** (-1 / 3) + 0.004
+    assert (
+        0.25 * LENS * cell ** (4 / 3) * radius ** (-1 / 3)
+        < max(late)
+        <= LENS * cell ** (4 / 3) * radius ** (-1 / 3) + 0.004
+    )
 
 
 def test_the_verdict_sees_wrong_depths():
@@ -278,7 +294,7 @@ def test_the_verdict_sees_wrong_depths():
 def test_times_closed_forms():
     seconds, end = times([100.0], [50.0], [500.0], [0.0], 0.0)
     assert seconds[0] == pytest.approx(100 / 50 + 50 / 500) and end == 0
-    seconds, _ = times([1.0], [50.0], [500.0], [0.0], 0.0)              # never reaches F
+    seconds, _ = times([1.0], [50.0], [500.0], [0.0], 0.0)  # never reaches F
     assert seconds[0] == pytest.approx(2 * math.sqrt(1.0 / 500))
     whole, _ = times([100.0], [50.0], [500.0], [0.0], 0.0)
     parts, _ = times([0.1] * 1000, [50.0] * 1000, [500.0] * 1000, [1e9] * 999 + [0.0], 0.0)
@@ -288,7 +304,8 @@ def test_times_closed_forms():
 
 
 def test_single_needles_in_strips_are_found_and_cut_as_each_alone():
-    """The same heights and the same deepest contact as with each needle in a map of its own; in a box there are those that are in it."""
+    """The same heights and the same deepest contact as with each needle in a map of its own; in a box there are those
+    that are in it."""
     for case in range(COUNT):
         rng = np.random.default_rng([SEED, case, 7])
         places = rng.uniform((-2, -2), (42, 32), (int(rng.choice([1, 40, 900])), 2))
@@ -308,18 +325,29 @@ def test_single_needles_in_strips_are_found_and_cut_as_each_alone():
 
 
 def test_the_distance_of_traverses_from_stock():
-    """A slot of 6 mm, and traverses of a tool of 4 mm in it: 1 mm on each side in its middle, nothing at its wall; up the wall and down."""
+    """A slot of 6 mm, and traverses of a tool of 4 mm in it: 1 mm on each side in its middle, nothing at its wall; up
+    the wall and down."""
+
     def distances(*places, tool=4, clearance=1.5):
         stock = HeightMap((0, 0, -20), (60, 40, 0), CELL)
         cut(stock, Shape(6), (-5, 20, -8), (65, 20, -8))
-        met = stock.cut(Shape(tool), places[0], np.array(places[1:], float), judged=np.ones(len(places) - 1, bool), clearance=clearance)
+        met = stock.cut(
+            Shape(tool),
+            places[0],
+            np.array(places[1:], float),
+            judged=np.ones(len(places) - 1, bool),
+            clearance=clearance,
+        )
         return met["beside"].tolist()
+
     assert distances((10, 20, -7), (50, 20, -7))[0] == pytest.approx(1.0, abs=0.02 + CELL)
-    assert distances((10, 20, -7), (50, 20, -7), clearance=0.5)[0] < 0                # no stock is as near
+    assert distances((10, 20, -7), (50, 20, -7), clearance=0.5)[0] < 0  # no stock is as near
     assert distances((10, 21, -7), (50, 21, -7))[0] == pytest.approx(0.0, abs=0.02)
-    assert distances((30, 20, 5), (30, 20, -7))[0] == pytest.approx(1.0, abs=0.02 + CELL)       # straight down: where it ends
-    assert distances((30, 20, -7), (30, 20, 5)) == [-1.0]                             # straight up: none
-    assert distances((30, 20, 2), (40, 20, 2)) == [-1.0]                              # above the stock
+    assert distances((30, 20, 5), (30, 20, -7))[0] == pytest.approx(
+        1.0, abs=0.02 + CELL
+    )  # straight down: where it ends
+    assert distances((30, 20, -7), (30, 20, 5)) == [-1.0]  # straight up: none
+    assert distances((30, 20, 2), (40, 20, 2)) == [-1.0]  # above the stock
     # up at 45 degrees into the wall, away from the one beside it, and steeply beside it
     assert distances((30, 20, -7), (30, 27, 0), clearance=0.5)[0] == pytest.approx(0.0, abs=0.02)
     assert distances((30, 21, -7), (30, 17, -3)) == [-1.0]

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""bin/chipwise check of programs whose first moves leave an axis unnamed: where they go is known on the machine only."""
+"""bin/chipwise check of programs whose first moves leave an axis unnamed: where they go is known on the machine
+only."""
 
 import math
 
@@ -7,19 +8,35 @@ import pytest
 
 from support.check_runs import HEAD, STOCK, chipwise_check, mill_with_tools
 
-START = HEAD + STOCK + "T1 M6\nS8000 M3\nF400\n"            # 5 lines; 100 x 60 x 20 mm, 6 mm flat, top Z0
+START = HEAD + STOCK + "T1 M6\nS8000 M3\nF400\n"  # 5 lines; 100 x 60 x 20 mm, 6 mm flat, top Z0
 SLOT = "G0 Z5\nG0 X-10 Y30\nG0 Z-4\nG1 X110\nG0 Z5\n"
 SLOT_MM3 = 100 * 6 * 4
-HOLE_MM3 = math.pi * 3 ** 2 * 4
-CASES = {                   # program, mm3 removed, (line, named, in line, from line) or None
+HOLE_MM3 = math.pi * 3**2 * 4
+CASES = {  # program, mm3 removed, (line, named, in line, from line) or None
     "Y and Z are named behind a feed": ("G1 X50\nG1 X0 Z-4\nG1 X90\n" + SLOT, SLOT_MM3, (10, "Y is", 6)),
-    "X is named in a feed at depth": ("G0 Z-4\nG1 X50 Y20\nG0 Z5\nG0 X-10 Y30\n" + SLOT, SLOT_MM3 + HOLE_MM3, (7, "X and Y are", 6)),
-    "a traverse to the first place, in stock": ("G0 Z-2\nG0 X-5 Y10\n" + SLOT, SLOT_MM3 + 22, None),       # judged, from X0 Y0
+    "X is named in a feed at depth": (
+        "G0 Z-4\nG1 X50 Y20\nG0 Z5\nG0 X-10 Y30\n" + SLOT,
+        SLOT_MM3 + HOLE_MM3,
+        (7, "X and Y are", 6),
+    ),
+    "a traverse to the first place, in stock": (
+        "G0 Z-2\nG0 X-5 Y10\n" + SLOT,
+        SLOT_MM3 + 22,
+        None,
+    ),  # judged, from X0 Y0
     "never": ("G0 Z-4\nG1 X90\nG0 Z5\n", 0, (6, "Y is", None)),
-    "Z is named last, straight down": ("G0 X-10 Y30\nG1 X50\nG1 Z-4\nG1 X110\nG0 Z5\n", 53 * 6 * 4 + math.pi * 3 ** 2 * 2 - 12 * 6, (8, "Z is", 7)),
+    "Z is named last, straight down": (
+        "G0 X-10 Y30\nG1 X50\nG1 Z-4\nG1 X110\nG0 Z5\n",
+        53 * 6 * 4 + math.pi * 3**2 * 2 - 12 * 6,
+        (8, "Z is", 7),
+    ),
     "Z is named last, down a slope": ("G0 X-10 Y30\nG1 X20\nG1 X-10 Z-4\nG1 X110\nG0 Z5\n", SLOT_MM3, (8, "Z is", 7)),
     "Z is named in the first cut": ("G0 X50 Y30\nG1 Z-4\nG0 Z5\n", HOLE_MM3, None),
-    "an arc comes to the first place": ("G0 Z-4\nG1 X0\nG3 X20 Y0 R10\nG0 Z5\n" + SLOT, SLOT_MM3 + HOLE_MM3 / 2, (8, "Y is", 6)),
+    "an arc comes to the first place": (
+        "G0 Z-4\nG1 X0\nG3 X20 Y0 R10\nG0 Z5\n" + SLOT,
+        SLOT_MM3 + HOLE_MM3 / 2,
+        (8, "Y is", 6),
+    ),
     "relative words": ("G91 G0 X50 Y30 Z-4\nG1 X40\nG90 G0 Z5\n" + SLOT, SLOT_MM3, (10, "X and Y are", 7)),
     "relative words alone": ("G91 G1 X50 Y30 Z-4\nG1 X40\n", 0, (6, "X, Y and Z are", None)),
     "relative words of a drilling cycle": ("G91 G81 X10 Y10 Z-6 R2\nG80 G90 G0 Z5\n", 0, (6, "X and Y are", None)),
@@ -48,7 +65,9 @@ def make_mill(tmp_path_factory):
 
 def test_moves_of_an_unknown_place_are_not_judged(tmp_path, mill):
     names = {f"{number}.ngc": name for number, name in enumerate(CASES)}
-    _, said, _, found = chipwise_check(tmp_path, {file: START + CASES[name][0] + "M2\n" for file, name in names.items()}, machine=mill)
+    _, said, _, found = chipwise_check(
+        tmp_path, {file: START + CASES[name][0] + "M2\n" for file, name in names.items()}, machine=mill
+    )
     for file, one in zip(names, found["programs"]):
         _, volume, note = CASES[names[file]]
         assert one["error"] is None, (names[file], one["error"])
@@ -57,8 +76,15 @@ def test_moves_of_an_unknown_place_are_not_judged(tmp_path, mill):
             assert not notes, (names[file], notes)
         else:
             line, axes, since = note
-            rest = "never named in the program: " if since is None else f"named first in line {line}: what is moved before is not judged, from line {since} on"
-            assert [line for line, _ in notes] == [line] and notes[0][1].startswith(f"{axes} {rest}"), (names[file], notes)
+            rest = (
+                "never named in the program: "
+                if since is None
+                else f"named first in line {line}: what is moved before is not judged, from line {since} on"
+            )
+            assert [line for line, _ in notes] == [line] and notes[0][1].startswith(f"{axes} {rest}"), (
+                names[file],
+                notes,
+            )
         removed = sum(tool["volume_mm3"] for tool in one["tools"])
         if volume is not None:
             assert removed == pytest.approx(volume, rel=0.01, abs=0.1), (names[file], removed)
@@ -67,30 +93,45 @@ def test_moves_of_an_unknown_place_are_not_judged(tmp_path, mill):
     assert "is named first in line 10" in said
 
 
-ENDS = {                    # program, (rule, line, mm) of its finding or None: the end of a move that begins anywhere is judged
-    "G0 X50 Y30 Z-4\nG0 Z5\n": ("rapid", 6, 4.0), "G0 X50 Y30\nG0 Z-4\nG0 Z5\n": ("rapid", 7, 4.0),
-    "G0 X50 Y30\nG1 X60\nG0 Z-4\nG0 Z5\n": ("rapid", 8, 4.0), "G1 X50\nG1 X60 Y30 Z-14\nG0 Z5\n": ("flute", 7, 14.0),
-    "G0 X-3.1 Y30\nG0 Z-4\nG0 Z5\n": ("clearance", 7, 0.1), "G0 X-3.3 Y30\nG0 Z-4\nG0 Z5\n": None, "G0 X50 Y30\nG1 Z-4\nG0 Z5\n": None,
+ENDS = {  # program, (rule, line, mm) of its finding or None: the end of a move that begins anywhere is judged
+    "G0 X50 Y30 Z-4\nG0 Z5\n": ("rapid", 6, 4.0),
+    "G0 X50 Y30\nG0 Z-4\nG0 Z5\n": ("rapid", 7, 4.0),
+    "G0 X50 Y30\nG1 X60\nG0 Z-4\nG0 Z5\n": ("rapid", 8, 4.0),
+    "G1 X50\nG1 X60 Y30 Z-14\nG0 Z5\n": ("flute", 7, 14.0),
+    "G0 X-3.1 Y30\nG0 Z-4\nG0 Z5\n": ("clearance", 7, 0.1),
+    "G0 X-3.3 Y30\nG0 Z-4\nG0 Z5\n": None,
+    "G0 X50 Y30\nG1 Z-4\nG0 Z5\n": None,
     "G0 X-10 Y30 Z-4\nG1 X110\nG0 Z5\n": None,
 }
 
 
 def test_the_end_of_a_move_from_an_unknown_place_is_judged(tmp_path, mill):
-    _, _, _, found = chipwise_check(tmp_path, {f"{k}.ngc": START + text + "M2\n" for k, text in enumerate(ENDS)}, machine=mill)
+    _, _, _, found = chipwise_check(
+        tmp_path, {f"{k}.ngc": START + text + "M2\n" for k, text in enumerate(ENDS)}, machine=mill
+    )
     for (text, wanted), one in zip(ENDS.items(), found["programs"]):
         findings = [(f["rule"], f["line"], f["value"]) for f in one["findings"]]
         if wanted is None:
             assert not findings, (text, findings)
         else:
-            assert [f[:2] for f in findings] == [wanted[:2]] and findings[0][2] == pytest.approx(wanted[2], abs=0.05), (text, findings)
+            assert [f[:2] for f in findings] == [wanted[:2]] and findings[0][2] == pytest.approx(wanted[2], abs=0.05), (
+                text,
+                findings,
+            )
 
 
 def test_a_stock_is_not_assumed_from_them(tmp_path, mill):
     """Two feeds before Y is known would make the assumed stock reach from Y0."""
     rest = "G0 Z5\nG0 X20 Y30\nG1 Z-4\nG1 X80 Y40\nG0 Z5\nM2\n"
-    texts = {"a.ngc": HEAD + "T1 M6\nS8000 M3\nF400\nG1 X-50\nG1 X0 Z-9\n" + rest, "b.ngc": HEAD + "T1 M6\nS8000 M3\nF400\n" + rest,
-             "c.ngc": HEAD + "T1 M6\nS8000 M3\nF400\nG0 Z5\nG1 Z-4\nG1 X90\nG0 Z5\nM2\n"}
+    texts = {
+        "a.ngc": HEAD + "T1 M6\nS8000 M3\nF400\nG1 X-50\nG1 X0 Z-9\n" + rest,
+        "b.ngc": HEAD + "T1 M6\nS8000 M3\nF400\n" + rest,
+        "c.ngc": HEAD + "T1 M6\nS8000 M3\nF400\nG0 Z5\nG1 Z-4\nG1 X90\nG0 Z5\nM2\n",
+    }
     _, _, said, found = chipwise_check(tmp_path, texts, machine=mill)
     a, b, c = found["programs"]
-    assert a["error"] is None and a["stock"] == b["stock"] and a["stock"]["source"] == "assumed", (a["stock"], b["stock"])
+    assert a["error"] is None and a["stock"] == b["stock"] and a["stock"]["source"] == "assumed", (
+        a["stock"],
+        b["stock"],
+    )
     assert "internal" not in said and c["error"], c

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""bin/chipwise check on what cannot be checked: it is named, the rest goes on, and neither processes nor files are left."""
+"""bin/chipwise check on what cannot be checked: it is named, the rest goes on, and neither processes nor files are
+left."""
 
 import os
 import re
@@ -22,23 +23,31 @@ BAD = {
     "endless moves": (SLOT.replace("G0 Z5\nM2", "o1 while [1]\nG1 X0\nG1 X1\no1 endwhile\nM2"), "computing time"),
     "binary": (b"\x7fELF\0\0\0\1" * 100, "not a text file"),
     "empty": ("", "empty"),
-    "byte order mark": (SLOT.encode("utf-8-sig"), "it begins with a byte order mark, which LinuxCNC refuses; save it as UTF-8 without one (line 1)"),
+    "byte order mark": (
+        SLOT.encode("utf-8-sig"),
+        "it begins with a byte order mark, which LinuxCNC refuses; save it as UTF-8 without one (line 1)",
+    ),
     "unknown code": (SLOT.replace("G1 X110", "G1234 X110"), "line 7"),
     "unknown word": (SLOT.replace("G1 X110", "G1 X110 @@"), "line 7"),
     "tool 0": (SLOT.replace("T1 M6", "T0 M6"), "tool 0"),
     "no tool": (SLOT.replace("T1 M6\n", ""), "tool 0"),
-    "no diameter": (SLOT.replace("T1 M6", "T4 M6"), "tool 4 has no diameter in the tool table; give it a D there, or name it with --tool-diameter (line 7)"),
+    "no diameter": (
+        SLOT.replace("T1 M6", "T4 M6"),
+        "tool 4 has no diameter in the tool table; give it a D there, or name it with --tool-diameter (line 7)",
+    ),
     "unknown tool": (SLOT.replace("T1 M6", "T99 M6"), "99"),
     "per revolution": (SLOT.replace("G1 X110", "G95 G1 X110").replace("S8000 M3", "M5"), "zero spindle speed"),
-    "one move per revolution": (SLOT.replace("G1 X110 F400", "G1 X50 F400\nG95 G1 X80 F0.1\nG94 F400 X110").replace("S8000 M3", "M5"),
-                                "Cannot feed with zero spindle speed in feed per rev mode; correct the line (line 8)"),
+    "one move per revolution": (
+        SLOT.replace("G1 X110 F400", "G1 X50 F400\nG95 G1 X80 F0.1\nG94 F400 X110").replace("S8000 M3", "M5"),
+        "Cannot feed with zero spindle speed in feed per rev mode; correct the line (line 8)",
+    ),
     "no feed": (SLOT.replace(" F400", ""), "feed"),
     "no sub": (SLOT.replace("G1 X110 F400", "o<nothing> call"), "nothing"),
     "restored": (SLOT.replace(STOCK, "M254 P1\n"), "M254"),
     "far": (SLOT.replace("X110", "X1e9".replace("e", "0000000000")), "100 m"),
 }
 
-WITHOUT_TOOL = ("tool 0", "no tool", "no diameter", "unknown tool")       # what else is known of such a program is said
+WITHOUT_TOOL = ("tool 0", "no tool", "no diameter", "unknown tool")  # what else is known of such a program is said
 
 
 @pytest.mark.parametrize("name", BAD)
@@ -48,7 +57,7 @@ def test_unusable(tmp_path, machine, name):
     status, out, err, report = chipwise_check(tmp_path, {"bad.ngc": text}, "--time-limit", "5", machine=machine)
     assert status == 2 and re.search(re.escape(said), out), (out, err)
     assert report["programs"][0]["error"] and len(out.strip().splitlines()) == (4 if name in WITHOUT_TOOL else 1)
-    assert sum(os.times()[2:4]) - sum(before[2:4]) < 120         # s of computing
+    assert sum(os.times()[2:4]) - sum(before[2:4]) < 120  # s of computing
 
 
 def test_unusable_files(tmp_path):
@@ -57,13 +66,23 @@ def test_unusable_files(tmp_path):
     with open(big, "wb") as file:
         file.truncate(200_000_000)
     os.mkfifo(tmp_path / "fifo.ngc")
-    for path, said in ((big, "200 MB"), (tmp_path / "none.ngc", "No such file"), (tmp_path / "fifo.ngc", "regular file")):
+    for path, said in (
+        (big, "200 MB"),
+        (tmp_path / "none.ngc", "No such file"),
+        (tmp_path / "fifo.ngc", "regular file"),
+    ):
         done = forked.run([CHIPWISE, "check", path], timeout=300)
         assert done.returncode == 2 and said in done.stdout
     done = forked.run([CHIPWISE, "check", tmp_path / "folder"], timeout=300)
     assert done.returncode == 2 and "no program" in done.stderr
-    for options in (["--jobs", "0"], ["--cell", "0"], ["--ini", "/nowhere.ini"], ["--json", "/nowhere/x.json"],
-                    ["--stock", "0", "0", "0", "0", "1", "1"], ["--time-limit", "nan"]):
+    for options in (
+        ["--jobs", "0"],
+        ["--cell", "0"],
+        ["--ini", "/nowhere.ini"],
+        ["--json", "/nowhere/x.json"],
+        ["--stock", "0", "0", "0", "0", "1", "1"],
+        ["--time-limit", "nan"],
+    ):
         done = forked.run([CHIPWISE, "check", tmp_path / "none.ngc", *options], timeout=300)
         assert done.returncode == 2 and done.stderr.startswith("chipwise: check: "), options
         assert len(done.stderr.strip().splitlines()) == 1
@@ -78,8 +97,15 @@ def test_an_include_that_is_missing_is_named(tmp_path):
 
 def test_many_programs_one_bad_and_progress(tmp_path):
     programs = {f"p{k}.ngc": SLOT.replace("X110", "X" + ("110" if k != 2 else "@")) for k in range(5)}
-    status, out, err, report = chipwise_check(tmp_path, programs, "--jobs", "2", "--report", str(tmp_path / "page.html"),
-                                               environment={"AXIS_PROGRESS_BAR": "1"})
+    status, out, err, report = chipwise_check(
+        tmp_path,
+        programs,
+        "--jobs",
+        "2",
+        "--report",
+        str(tmp_path / "page.html"),
+        environment={"AXIS_PROGRESS_BAR": "1"},
+    )
     written = (tmp_path / "page.html").read_text()
     assert written.count("<section") == 5 and written.count("Removal rate, cm3/min, over time") == 4
     assert status == 2 and [p["status"] for p in report["programs"]] == [0, 0, 2, 0, 0]
@@ -92,10 +118,14 @@ def test_many_programs_one_bad_and_progress(tmp_path):
 def test_a_killed_worker_is_named_and_the_rest_goes_on(tmp_path):
     import signal
     from chipwise.check import run
+
     original = run.check
-    run.check = lambda program, **_: os.kill(os.getpid(), signal.SIGKILL) if "bad" in program else original(program, **_)
+    run.check = lambda program, **_: (
+        os.kill(os.getpid(), signal.SIGKILL) if "bad" in program else original(program, **_)
+    )
     try:
         from chipwise.program.reader import Machine
+
         for name in ("a.ngc", "bad.ngc", "z.ngc"):
             (tmp_path / name).write_text(SLOT)
         machine = Machine(os.path.join(ROOT, "configs", "mill.ini"))
@@ -111,8 +141,12 @@ def test_nothing_is_left_behind(tmp_path):
     (tmp_path / "endless.ngc").write_text(text)
     scratch = tmp_path / "scratch"
     scratch.mkdir()
-    process = subprocess.Popen([CHIPWISE, "check", str(tmp_path / "endless.ngc")], stdout=subprocess.DEVNULL,
-                               stderr=subprocess.DEVNULL, env={**os.environ, "TMPDIR": str(scratch)})
+    process = subprocess.Popen(
+        [CHIPWISE, "check", str(tmp_path / "endless.ngc")],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        env={**os.environ, "TMPDIR": str(scratch)},
+    )
     for _ in range(1200):
         if any(scratch.iterdir()):
             break
@@ -121,7 +155,7 @@ def test_nothing_is_left_behind(tmp_path):
     process.terminate()
     assert process.wait(timeout=120) == 143
     assert not list(scratch.iterdir())
-    until, marked = time.monotonic() + 120.0, True      # a process that was being started sees its parent's end itself
+    until, marked = time.monotonic() + 120.0, True  # a process that was being started sees its parent's end itself
     while marked and time.monotonic() < until:
         marked = [pid for pid in os.listdir("/proc") if pid.isdigit() and _is_about(pid, str(scratch))]
         time.sleep(0.05)
@@ -139,6 +173,7 @@ def _is_about(pid, text):
 def test_the_time_of_children_counts():
     """A program whose cycle is being planned in another process is not stuck."""
     from chipwise.host.processes import cpu_s, tree_cpu_s
+
     process = subprocess.Popen(["/bin/sh", "-c", "sh -c 'while :; do :; done' & wait"], start_new_session=True)
     try:
         end = time.monotonic() + 60
@@ -154,6 +189,7 @@ def test_a_program_that_waits_for_a_file_is_given_up(tmp_path, monkeypatch):
     """A sub that is a FIFO nobody writes to."""
     from chipwise.program import reader
     from chipwise.check.answer import check
+
     monkeypatch.setattr(reader, "STUCK_S", 2.0)
     subs = tmp_path / "subs"
     subs.mkdir()

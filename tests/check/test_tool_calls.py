@@ -7,7 +7,7 @@ from support.check_runs import HEAD, STOCK, chipwise_check, mill_with_tools
 
 canon = pytest.importorskip("chipwise.program.canon", reason="no LinuxCNC for this Python")
 
-NUMBERS = {0: 40, 1: 40, 2: 3, 3: 2, 4: 7}          # index: number of the tool; 0 is the spindle
+NUMBERS = {0: 40, 1: 40, 2: 3, 3: 2, 4: 7}  # index: number of the tool; 0 is the spindle
 
 
 class Table(canon.ToolTable):
@@ -20,9 +20,21 @@ class Table(canon.ToolTable):
         return canon.tool_entry(NUMBERS[index], 1.0) if index in NUMBERS else canon.NO_TOOL
 
 
-@pytest.mark.parametrize("by_number, random, word, number", [
-    (False, False, 2, 3), (True, False, 2, 2), (False, False, 4, 7), (True, False, 7, 7), (True, False, 4, -1),
-    (False, False, 0, -1), (True, False, 0, -1), (False, True, 0, 40), (True, True, 0, -1), (True, True, 40, 40)])
+@pytest.mark.parametrize(
+    "by_number, random, word, number",
+    [
+        (False, False, 2, 3),
+        (True, False, 2, 2),
+        (False, False, 4, 7),
+        (True, False, 7, 7),
+        (True, False, 4, -1),
+        (False, False, 0, -1),
+        (True, False, 0, -1),
+        (False, True, 0, 40),
+        (True, True, 0, -1),
+        (True, True, 40, 40),
+    ],
+)
 def test_the_tool_is_found_by_what_this_linuxcnc_gives(by_number, random, word, number):
     assert Table(by_number, random).called(word)[0] == number
 

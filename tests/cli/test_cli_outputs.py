@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""An output of a command never replaces what the command reads, nor another output: a typing error must not cost a program."""
+"""An output of a command never replaces what the command reads, nor another output: a typing error must not cost a
+program."""
 
 import os
 import shutil
@@ -20,15 +21,55 @@ def chipwise(folder, *arguments):
 
 # (what is read, its content or the file it is a copy of, the command on it, what the message calls it)
 READ = {
-    "check json": ("part.ngc", PROGRAM, "check part.ngc --json part.ngc", "--json part.ngc is one of the programs itself"),
-    "check report": ("part.ngc", PROGRAM, "check part.ngc --report part.ngc", "--report part.ngc is one of the programs itself"),
-    "check folder": ("part.ngc", PROGRAM, "check . --report part.ngc", "--report part.ngc is one of the programs itself"),
-    "check by a link": ("part.ngc", PROGRAM, "check part.ngc --report link.html", "--report link.html is one of the programs itself"),
+    "check json": (
+        "part.ngc",
+        PROGRAM,
+        "check part.ngc --json part.ngc",
+        "--json part.ngc is one of the programs itself",
+    ),
+    "check report": (
+        "part.ngc",
+        PROGRAM,
+        "check part.ngc --report part.ngc",
+        "--report part.ngc is one of the programs itself",
+    ),
+    "check folder": (
+        "part.ngc",
+        PROGRAM,
+        "check . --report part.ngc",
+        "--report part.ngc is one of the programs itself",
+    ),
+    "check by a link": (
+        "part.ngc",
+        PROGRAM,
+        "check part.ngc --report link.html",
+        "--report link.html is one of the programs itself",
+    ),
     "rewrite": ("part.ngc", PROGRAM, "rewrite part.ngc --feed 1 -o ./part.ngc", "-o ./part.ngc is the program itself"),
-    "rewrite ini": ("part.ini", INI, "rewrite other.ngc --ini part.ini --feed 1 -o part.ini", "-o part.ini is the INI file itself"),
-    "contour": ("part.svg", ROOT / "nc_files" / "contour.ngc", "contour part.svg --sub 100 --tool 12 -o part.svg", "-o part.svg is the program itself"),
-    "stations": ("part.toml", STATIONS, "stations --file part.toml --json part.toml", "--json part.toml is the file of the stations itself"),
-    "patterns": ("901.ngc", ROOT / "nc_files" / "patterns" / "901.ngc", "patterns --folder . --json 901.ngc", "is a pattern itself"),
+    "rewrite ini": (
+        "part.ini",
+        INI,
+        "rewrite other.ngc --ini part.ini --feed 1 -o part.ini",
+        "-o part.ini is the INI file itself",
+    ),
+    "contour": (
+        "part.svg",
+        ROOT / "nc_files" / "contour.ngc",
+        "contour part.svg --sub 100 --tool 12 -o part.svg",
+        "-o part.svg is the program itself",
+    ),
+    "stations": (
+        "part.toml",
+        STATIONS,
+        "stations --file part.toml --json part.toml",
+        "--json part.toml is the file of the stations itself",
+    ),
+    "patterns": (
+        "901.ngc",
+        ROOT / "nc_files" / "patterns" / "901.ngc",
+        "patterns --folder . --json 901.ngc",
+        "is a pattern itself",
+    ),
 }
 
 
@@ -47,9 +88,13 @@ def test_what_is_read_is_not_replaced(tmp_path, name, content, command, said):
     assert done.returncode == 2 and said in done.stderr and "; name another file" in done.stderr, done.stderr
 
 
-@pytest.mark.parametrize("command, said", [
-    ("check part.ngc --json out --report ./out", "--report and --json are the same file"),
-    (f"patterns --folder {ROOT}/nc_files/patterns --json out.svg -o out.svg", "-o and --json are the same file")])
+@pytest.mark.parametrize(
+    "command, said",
+    [
+        ("check part.ngc --json out --report ./out", "--report and --json are the same file"),
+        (f"patterns --folder {ROOT}/nc_files/patterns --json out.svg -o out.svg", "-o and --json are the same file"),
+    ],
+)
 def test_two_outputs_are_two_files(tmp_path, command, said):
     (tmp_path / "part.ngc").write_text(PROGRAM)
     done = chipwise(tmp_path, *command.split())

@@ -9,18 +9,43 @@ import pytest
 from chipwise.monitor.loaded_program import LoadedProgram, lines_of
 
 
-@pytest.mark.parametrize("line, found", [
-    ("G93", True), ("g 9 3 G1 X1 F2", True), ("N5G1G093X1F3", True), ("(G93)", False), ("; G93", False), ("G92 X3", False),
-    ("G93.1", False), ("G930", False), ("G1 X93", False), ("(a) G93 (b)", True), ("M93", False), ("G9 X3", False)])
+@pytest.mark.parametrize(
+    "line, found",
+    [
+        ("G93", True),
+        ("g 9 3 G1 X1 F2", True),
+        ("N5G1G093X1F3", True),
+        ("(G93)", False),
+        ("; G93", False),
+        ("G92 X3", False),
+        ("G93.1", False),
+        ("G930", False),
+        ("G1 X93", False),
+        ("(a) G93 (b)", True),
+        ("M93", False),
+        ("G9 X3", False),
+    ],
+)
 def test_lines(tmp_path, line, found):
     path = tmp_path / "a.ngc"
     path.write_text(f"G21\n{line}\nM2\n")
     assert lines_of(str(path)) == ({"G93": 2} if found else {})
 
 
-@pytest.mark.parametrize("line, found", [
-    ("M73", True), ("m 7 3", True), ("N5M073(a)", True), ("(M73)", False), ("; M73", False), ("M72", False), ("M730", False), ("G73 X1", False),
-    ("G1 X73", False)])
+@pytest.mark.parametrize(
+    "line, found",
+    [
+        ("M73", True),
+        ("m 7 3", True),
+        ("N5M073(a)", True),
+        ("(M73)", False),
+        ("; M73", False),
+        ("M72", False),
+        ("M730", False),
+        ("G73 X1", False),
+        ("G1 X73", False),
+    ],
+)
 def test_lines_with_m73(tmp_path, line, found):
     path = tmp_path / "a.ngc"
     path.write_text(f"G21\n{line}\nM2\n")

@@ -12,7 +12,7 @@ from chipwise.settings import parse_settings
 
 
 def test_values_in_both_units():
-    error = CycleError("step {s}, {a} stay in {f}", "use {s} of {{", s=25.4, a=Area(25.4 ** 2), f="{s}", code="G79")
+    error = CycleError("step {s}, {a} stay in {f}", "use {s} of {{", s=25.4, a=Area(25.4**2), f="{s}", code="G79")
     assert error.text("mm") == "chipwise: G79: step 25.4 mm, 645.2 mm2 stay in {s}; use 25.4 mm of {"
     assert error.text("in") == "chipwise: G79: step 1 in, 1 in2 stay in {s}; use 1 in of {"
 

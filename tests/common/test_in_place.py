@@ -14,8 +14,12 @@ from chipwise.machine.kinematics import Kinematics
 def make_linuxcnc(tmp_path, monkeypatch):
     """The folder of one, built below a checkout that is called chipwise."""
     folder = tmp_path / "chipwise/build/linuxcnc"
-    for name, text in (("scripts/linuxcnc", "#!/bin/sh\n"), ("bin/halcompile", "#!/bin/sh\n"), ("configs/common/linuxcnc.nml", ""),
-                       ("src/Makefile.modinc", f"RTLIBDIR := {folder}/rtlib\n")):
+    for name, text in (
+        ("scripts/linuxcnc", "#!/bin/sh\n"),
+        ("bin/halcompile", "#!/bin/sh\n"),
+        ("configs/common/linuxcnc.nml", ""),
+        ("src/Makefile.modinc", f"RTLIBDIR := {folder}/rtlib\n"),
+    ):
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)

@@ -18,6 +18,9 @@ def sources(folder):
 
 @pytest.mark.parametrize("folder", FOLDERS)
 def test_every_source_file_names_its_license(folder):
-    missing = [str(path.relative_to(ROOT)) for path in sources(folder)
-               if TAG not in "".join(path.read_text(errors="replace").splitlines(keepends=True)[:2])]
+    missing = [
+        str(path.relative_to(ROOT))
+        for path in sources(folder)
+        if TAG not in "".join(path.read_text(errors="replace").splitlines(keepends=True)[:2])
+    ]
     assert missing == []

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """remap/chipwise/host/temp_folder.py: folders of processes that live, that were killed, and that are nobody's."""
+
 import os
 import subprocess
 import sys
@@ -10,8 +11,11 @@ import pytest
 from chipwise.host import temp_folder
 from chipwise.host.temp_folder import LOCK, NAME, OwnFolder
 
-HOLDS = ("import os, sys\nfrom chipwise.host.temp_folder import OwnFolder\nwith OwnFolder('test') as folder:\n    open(folder + '/big', 'w').close()\n"
-         "    print(folder, flush=True)\n    sys.stdin.read()\n")
+HOLDS = (
+    "import os, sys\nfrom chipwise.host.temp_folder import OwnFolder\nwith OwnFolder('test') as folder:\n"
+    "    open(folder + '/big', 'w').close()\n"
+    "    print(folder, flush=True)\n    sys.stdin.read()\n"
+)
 
 
 @pytest.fixture(name="scratch", autouse=True)
@@ -28,8 +32,13 @@ def make_scratch(tmp_path, monkeypatch):
 def start_holder():
     """A process that holds a folder: its first line is the folder's path."""
     package = str(Path(temp_folder.__file__).parents[2])
-    with subprocess.Popen([sys.executable, "-c", HOLDS], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-                          env={**os.environ, "PYTHONPATH": package}) as process:
+    with subprocess.Popen(
+        [sys.executable, "-c", HOLDS],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": package},
+    ) as process:
         yield process
         process.kill()
 
@@ -45,7 +54,7 @@ def test_it_goes_with_its_block(scratch):
 def test_that_of_a_killed_process_goes_with_the_next(scratch, holder):
     folder = Path(holder.stdout.readline().strip())
     with OwnFolder("other") as own:
-        assert sorted(scratch.iterdir()) == sorted([folder, Path(own)]) and (folder / "big").exists()      # it lives
+        assert sorted(scratch.iterdir()) == sorted([folder, Path(own)]) and (folder / "big").exists()  # it lives
         holder.kill()
         holder.wait()
         assert (folder / "big").exists()

@@ -14,7 +14,10 @@ from chipwise.host import processes
 
 FOLDER = os.path.dirname(os.path.dirname(os.path.dirname(processes.__file__)))
 MEGABYTES = 100
-MUCH_MEMORY = f"memory = bytearray({MEGABYTES} << 20)\nfor at in range(0, len(memory), 4096): memory[at] = 1\nprint(flush=True)\ninput()\n"
+MUCH_MEMORY = (
+    f"memory = bytearray({MEGABYTES} << 20)\nfor at in range(0, len(memory), 4096): memory[at] = 1\n"
+    f"print(flush=True)\ninput()\n"
+)
 
 
 def test_a_process_that_returns_its_memory_lives_no_more():
@@ -31,19 +34,29 @@ def test_a_process_that_returns_its_memory_lives_no_more():
 
 
 def test_freed_arrays_are_returned_to_the_kernel():
-    """Each second of 40 arrays of 2 MB, after a larger one: glibc alone keeps their room, because those between are in use."""
-    freed = ("def rss():\n    return int(open('/proc/self/statm').read().split()[1]) * 4096 >> 20\n"
-             "large = bytearray(30 << 20)\ndel large\nkept = [bytearray(b'1') * (2 << 20) for _ in range(40)]\nfull = rss()\n"
-             "for k in range(0, 40, 2):\n    kept[k] = None\nprint(full - rss())\n")
+    """Each second of 40 arrays of 2 MB, after a larger one: glibc alone keeps their room, because those between are in
+    use."""
+    freed = (
+        "def rss():\n    return int(open('/proc/self/statm').read().split()[1]) * 4096 >> 20\n"
+        "large = bytearray(30 << 20)\ndel large\nkept = [bytearray(b'1') * (2 << 20) for _ in range(40)]\n"
+        "full = rss()\n"
+        "for k in range(0, 40, 2):\n    kept[k] = None\nprint(full - rss())\n"
+    )
     begin = "from chipwise.host.processes import return_freed_arrays\nreturn_freed_arrays()\n"
-    room = [int(subprocess.run([sys.executable, "-c", text], env={**os.environ, "PYTHONPATH": FOLDER}, capture_output=True, check=True).stdout)
-            for text in (freed, begin + freed)]
+    room = [
+        int(
+            subprocess.run(
+                [sys.executable, "-c", text], env={**os.environ, "PYTHONPATH": FOLDER}, capture_output=True, check=True
+            ).stdout
+        )
+        for text in (freed, begin + freed)
+    ]
     assert room[0] < 10 and room[1] >= 38
 
 
 def test_processes_that_share_no_memory_with_this_one():
     """Another user's, and one in a namespace of its own: LinuxCNC there is not the one that runs here."""
-    assert processes.is_near(os.getpid()) and not processes.is_near(2 ** 22 + 1)
+    assert processes.is_near(os.getpid()) and not processes.is_near(2**22 + 1)
     others = [["unshare", "--ipc", "sleep", "60"], ["setpriv", "--reuid", "65534", "sleep", "60"]]
     if os.geteuid() != 0:
         pytest.skip("only root can start them")
@@ -60,9 +73,12 @@ def test_processes_that_share_no_memory_with_this_one():
 
 @pytest.mark.parametrize("named", [["{}"], ["", "{}", ""], []])
 def test_a_process_of_chipwise_finds_the_modules_of_a_linuxcnc_in_place(tmp_path, monkeypatch, named):
-    """Of the folders in PYTHONPATH chipwise's comes first, and an empty entry, which would be the current folder, is left out."""
+    """Of the folders in PYTHONPATH chipwise's comes first, and an empty entry, which would be the current folder, is
+    left out."""
     (tmp_path / "chipwise").mkdir()
-    (tmp_path / "gcode_in_place.py").write_text("import json, chipwise.report\nprint(json.load(__import__('sys').stdin))\n", encoding="utf-8")
+    (tmp_path / "gcode_in_place.py").write_text(
+        "import json, chipwise.report\nprint(json.load(__import__('sys').stdin))\n", encoding="utf-8"
+    )
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(named).format(tmp_path))
     with asked.start("gcode_in_place") as child:
         answer = child.communicate(b'"read"')[0]

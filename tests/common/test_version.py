@@ -28,6 +28,11 @@ def test_the_programs(program):
 
 def test_the_man_pages():
     pages = sorted((ROOT / "build" / "man").iterdir())
-    assert {page.name for page in pages} >= {"chipwise.1", "chipwise-sandbox.1", "chipwise-headless.1", "stock_tracker.9"}
+    assert {page.name for page in pages} >= {
+        "chipwise.1",
+        "chipwise-sandbox.1",
+        "chipwise-headless.1",
+        "stock_tracker.9",
+    }
     for page in pages:
         assert f'"chipwise {VERSION}"' in page.read_text(), page

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""NaN, infinity and absurd numbers on every input pin and parameter of the components, in a HAL: finite outputs, the overrides in
-0..1, no crash; all is well again with sound inputs and a new stock.  The core with far more cases: tests/core/test_fuzz.c."""
+"""NaN, infinity and absurd numbers on every input pin and parameter of the components, in a HAL: finite outputs, the
+overrides in 0..1, no crash; all is well again with sound inputs and a new stock.  The core with far more cases:
+tests/core/test_fuzz.c."""
+
 import json
 import re
 
@@ -9,9 +11,12 @@ from support.random_cases import random_count, random_seed
 
 PYTHON = "/usr/bin/python3"
 
-BENCH = """
+BENCH = (
+    """
 loadrt threads name1=servo period1=1000000
-""" + halrig.COUNT_PERIODS + """loadrt stock_tracker cell=0.25 size_x=60 size_y=40
+"""
+    + halrig.COUNT_PERIODS
+    + """loadrt stock_tracker cell=0.25 size_x=60 size_y=40
 loadrt volumetric_feed
 loadrt chipwise_guard
 loadrt chipwise_command
@@ -34,6 +39,7 @@ start
 loadusr -w {python} {script} {seed} {steps}
 getp stock-tracker.0.fault
 """
+)
 
 
 def inputs_of(component):
@@ -47,14 +53,25 @@ def inputs_of(component):
 
 def test_hostile_numbers_on_every_pin(tmp_path):
     steps = random_count(600)
-    (tmp_path / "test.hal").write_text(BENCH.format(python=PYTHON, script=halrig.SUPPORT / "fuzz_pins.py", seed=random_seed(), steps=steps))
+    (tmp_path / "test.hal").write_text(
+        BENCH.format(python=PYTHON, script=halrig.SUPPORT / "fuzz_pins.py", seed=random_seed(), steps=steps)
+    )
     done = halrig.halrun(["-f", "test.hal"], tmp_path)
     assert done.returncode == 0 and {"TRUE", "FALSE"} & set(done.stdout.split()), done.stdout[-2000:]
     wrong, seen = (json.loads((tmp_path / (name + ".json")).read_text()) for name in ("wrong", "seen"))
     assert wrong == [], f"CHIPWISE_SEED={random_seed()} CHIPWISE_RANDOM_COUNT={steps}: {wrong[0]}"
     assert seen["steps"] == steps and seen["ready"] > 0.05 * steps
-    for component in ("stock_tracker", "volumetric_feed", "chipwise_guard", "chipwise_command", "tracer", "tracer_offset", "tracer_slave",
-                      "tracer_model", "spindle_sim"):
+    for component in (
+        "stock_tracker",
+        "volumetric_feed",
+        "chipwise_guard",
+        "chipwise_command",
+        "tracer",
+        "tracer_offset",
+        "tracer_slave",
+        "tracer_model",
+        "spindle_sim",
+    ):
         prefix = component.replace("_", "-") + ".0."
         there = {name.removeprefix(prefix) for name in seen["inputs"] if name.startswith(prefix)}
         assert there == inputs_of(component), there ^ inputs_of(component)

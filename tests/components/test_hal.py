@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Every folder of tests/components in a HAL of its own, and every checker against traces that are wrong."""
+
 import pytest
 
 from support import halrig
@@ -16,6 +17,7 @@ def trace_of(tmp_path_factory):
         if folder not in traces:
             traces[folder] = halrig.run(folder, tmp_path_factory.mktemp(folder))
         return traces[folder]
+
     return get
 
 
@@ -25,8 +27,7 @@ def checker(folder):
 
 def grouped(cases):
     """pytest parameters (folder, ...); with xdist a folder's run in one process."""
-    return [pytest.param(*case, id="-".join(case), marks=pytest.mark.xdist_group("hal_" + case[0]))
-            for case in cases]
+    return [pytest.param(*case, id="-".join(case), marks=pytest.mark.xdist_group("hal_" + case[0])) for case in cases]
 
 
 @pytest.mark.parametrize("folder", grouped((folder,) for folder in FOLDERS))
@@ -34,8 +35,9 @@ def test_folder(folder, trace_of):
     checker(folder).check(trace_of(folder))
 
 
-@pytest.mark.parametrize("folder, what", grouped(
-    (folder, what) for folder in FOLDERS for what in checker(folder).SABOTAGE))
+@pytest.mark.parametrize(
+    "folder, what", grouped((folder, what) for folder in FOLDERS for what in checker(folder).SABOTAGE)
+)
 def test_checker_refuses(folder, what, trace_of):
     check = checker(folder)
     worse = check.SABOTAGE[what](trace_of(folder))
@@ -54,7 +56,11 @@ def test_every_folder_is_complete():
 def test_inch_and_metric_agree(trace_of):
     """The same tool on the same way: the same numbers, to the rounding of the inch positions."""
     mm, inch = trace_of("tracker_slot"), trace_of("tracker_inch")
-    for name, scale, unit in (("removed-volume", 1.0, "mm3"), ("section-area", 1.0, "mm2"),
-                              ("mrr", 1.0, "mm3/min"), ("depth", 25.4, "mm")):
+    for name, scale, unit in (
+        ("removed-volume", 1.0, "mm3"),
+        ("section-area", 1.0, "mm2"),
+        ("mrr", 1.0, "mm3/min"),
+        ("depth", 25.4, "mm"),
+    ):
         limit = 2e-4 * mm[name].max()
         halrig.within(mm, name, mm[name] - limit, mm[name] + limit, unit, scale * inch[name])

@@ -4,25 +4,35 @@
 A streamer's pins under the names of motion's replace motion. Row k of it has the value k (or what is made of k) in
 every pin; while the rows pass, other HAL lines connect and disconnect the pins.
 """
+
 import numpy as np
 import pytest
 
 from support import halrig
 
 ROWS = 4000
-HOLD = 1                # periods a value may be kept when its pin is connected
+HOLD = 1  # periods a value may be kept when its pin is connected
 TURN_AT, BACK_AT, DEFINE_AT = 500, 1500, 2500
-PINS = {                # pin of motion: (streamer's type, output of chipwise-inputs.0)
-    "axis.x.pos-cmd": ("f", "pos-x"), "axis.y.pos-cmd": ("f", "pos-y"), "axis.z.pos-cmd": ("f", "pos-z"),
-    "motion.tooloffset.x": ("f", "tool-offset-x"), "motion.tooloffset.y": ("f", "tool-offset-y"),
-    "motion.tooloffset.z": ("f", "tool-offset-z"), "motion.distance-to-go": ("f", "distance-to-go"),
-    "motion.requested-vel": ("f", "requested-vel"), "motion.current-vel": ("f", "current-vel"),
-    "spindle.0.speed-out-rps": ("f", "spindle-speed"), "motion.motion-type": ("s", "motion-type"),
-    "motion.program-line": ("s", "program-line"), "motion.coord-mode": ("b", "coord-mode"),
-    "spindle.0.index-enable": ("b", "index-enable"), "motion.motion-enabled": ("b", "motion-enabled")}
+PINS = {  # pin of motion: (streamer's type, output of chipwise-inputs.0)
+    "axis.x.pos-cmd": ("f", "pos-x"),
+    "axis.y.pos-cmd": ("f", "pos-y"),
+    "axis.z.pos-cmd": ("f", "pos-z"),
+    "motion.tooloffset.x": ("f", "tool-offset-x"),
+    "motion.tooloffset.y": ("f", "tool-offset-y"),
+    "motion.tooloffset.z": ("f", "tool-offset-z"),
+    "motion.distance-to-go": ("f", "distance-to-go"),
+    "motion.requested-vel": ("f", "requested-vel"),
+    "motion.current-vel": ("f", "current-vel"),
+    "spindle.0.speed-out-rps": ("f", "spindle-speed"),
+    "motion.motion-type": ("s", "motion-type"),
+    "motion.program-line": ("s", "program-line"),
+    "motion.coord-mode": ("b", "coord-mode"),
+    "spindle.0.index-enable": ("b", "index-enable"),
+    "motion.motion-enabled": ("b", "motion-enabled"),
+}
 NAMES = list(PINS)
 CONNECT = ["axis.x.pos-cmd", "motion.tooloffset.z", "motion.motion-type", "motion.coord-mode"]
-TIMES = 12              # each of these is connected and disconnected
+TIMES = 12  # each of these is connected and disconnected
 
 
 def value(kind, row):
@@ -31,20 +41,26 @@ def value(kind, row):
 
 def script(churn):
     kinds = "".join(kind for kind, _name in PINS.values())
-    lines = ["loadrt threads name1=servo period1=1000000",
-             f"loadrt streamer depth={ROWS + 100} cfg={kinds}fb",
-             *(f"alias pin streamer.0.pin.{i} {pin}" for i, pin in enumerate(NAMES)),
-             f"alias pin streamer.0.pin.{len(NAMES)} axis.a.pos-cmd",
-             "loadrt chipwise_inputs",
-             f"loadrt sampler depth={ROWS + 100} cfg={kinds}b",
-             "addf streamer.0 servo", "addf chipwise-inputs.0 servo", "addf sampler.0 servo",
-             *(f"net out-{i} chipwise-inputs.0.{name} => sampler.0.pin.{i}"
-               for i, (_kind, name) in enumerate(PINS.values())),
-             f"net turned chipwise-inputs.0.turned => sampler.0.pin.{len(NAMES)}",
-             f"net define streamer.0.pin.{len(NAMES) + 1} => chipwise-inputs.0.define",
-             "loadusr -w halstreamer stimulus.txt",
-             f"loadusr halsampler -c 0 -n {ROWS} trace.txt",
-             "start"]
+    lines = [
+        "loadrt threads name1=servo period1=1000000",
+        f"loadrt streamer depth={ROWS + 100} cfg={kinds}fb",
+        *(f"alias pin streamer.0.pin.{i} {pin}" for i, pin in enumerate(NAMES)),
+        f"alias pin streamer.0.pin.{len(NAMES)} axis.a.pos-cmd",
+        "loadrt chipwise_inputs",
+        f"loadrt sampler depth={ROWS + 100} cfg={kinds}b",
+        "addf streamer.0 servo",
+        "addf chipwise-inputs.0 servo",
+        "addf sampler.0 servo",
+        *(
+            f"net out-{i} chipwise-inputs.0.{name} => sampler.0.pin.{i}"
+            for i, (_kind, name) in enumerate(PINS.values())
+        ),
+        f"net turned chipwise-inputs.0.turned => sampler.0.pin.{len(NAMES)}",
+        f"net define streamer.0.pin.{len(NAMES) + 1} => chipwise-inputs.0.define",
+        "loadusr -w halstreamer stimulus.txt",
+        f"loadusr halsampler -c 0 -n {ROWS} trace.txt",
+        "start",
+    ]
     for i in range(TIMES if churn else 0):
         lines += [f"net theirs-{k}-{i} {pin}" for k, pin in enumerate(CONNECT)]
         lines += ["loadusr -w sleep 0.05"]
@@ -62,15 +78,18 @@ def traces(tmp_path_factory):
         rows = []
         for k in range(ROWS):
             turned_axis = 30.0 if TURN_AT <= k < BACK_AT else 0.0
-            rows.append(" ".join(repr(value(kind, k)) for kind, _name in PINS.values())
-                        + f" {turned_axis} {int(DEFINE_AT <= k < DEFINE_AT + 2)}\n")
+            rows.append(
+                " ".join(repr(value(kind, k)) for kind, _name in PINS.values())
+                + f" {turned_axis} {int(DEFINE_AT <= k < DEFINE_AT + 2)}\n"
+            )
         (where / "stimulus.txt").write_text("".join(rows))
         (where / "wait").write_text(f"until [ $(wc -l <trace.txt) -ge {ROWS} ]; do sleep 0.1; done\n")
         (where / "test.hal").write_text(script(churn))
         done = halrig.halrun(["-f", "test.hal"], where)
         assert done.returncode == 0, done.stdout
-        found[churn] = np.array([[float(word) for word in line.split()]
-                                 for line in (where / "trace.txt").read_text().splitlines()[:ROWS]])
+        found[churn] = np.array(
+            [[float(word) for word in line.split()] for line in (where / "trace.txt").read_text().splitlines()[:ROWS]]
+        )
     return found
 
 
@@ -79,7 +98,7 @@ def stale_rows(trace, column, kind):
     wanted = np.array([value(kind, k) for k in range(ROWS)], float)
     stale = np.flatnonzero(trace[:, column] != wanted)
     for row in stale:
-        assert trace[row, column] in wanted[row - HOLD:row], (row, trace[row, column], wanted[row])
+        assert trace[row, column] in wanted[row - HOLD : row], (row, trace[row, column], wanted[row])
     return len(stale)
 
 
@@ -116,8 +135,10 @@ def test_an_axis_beside_xyz_that_turns_is_said_until_the_stock_is_defined_again(
 
 def test_a_machine_without_these_pins_reads_zeros(tmp_path):
     (tmp_path / "test.hal").write_text(
-        f"loadrt threads name1=servo period1=1000000\nloadrt chipwise_inputs\naddf chipwise-inputs.0 servo\n{halrig.COUNT_PERIODS}start\n"
-        "loadusr -w sh $(SUPPORT)/wait_periods 4\ngetp chipwise-inputs.0.pos-x\ngetp chipwise-inputs.0.turned\n")
+        f"loadrt threads name1=servo period1=1000000\nloadrt chipwise_inputs\naddf chipwise-inputs.0 servo\n"
+        f"{halrig.COUNT_PERIODS}start\n"
+        "loadusr -w sh $(SUPPORT)/wait_periods 4\ngetp chipwise-inputs.0.pos-x\ngetp chipwise-inputs.0.turned\n"
+    )
     done = halrig.halrun(["-f", "test.hal"], tmp_path)
     assert done.returncode == 0, done.stdout
     assert [line for line in done.stdout.splitlines() if line in ("0", "FALSE")] == ["0", "FALSE"], done.stdout

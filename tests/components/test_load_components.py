@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Loading and unloading of the components, and the map as another process reads it."""
+
 import ctypes
 import json
 import re
@@ -24,23 +25,27 @@ def hal(where, text, shell="halrun -f test.hal", env=None):
 SEGMENTS = "sh $SUPPORT/count_maps at end"
 
 
-@pytest.mark.parametrize("arguments, said", [
-    ("cell=0", "cell=0 "),
-    ("cell=-0.25", "cell=-0.25 "),
-    ("cell=fine", "cell=fine "),
-    ("cell=0.25mm", "cell=0.25mm "),
-    ("cell=nan", "cell=nan "),
-    ("cell=inf", "cell=inf "),
-    ("cell=1e-400", "cell=1e-400 "),
-    ("size_x=0", "size_x=0 "),
-    ("size_y=-200", "size_y=-200 "),
-    ("size_x=1e300", "size_x=1e300 "),
-    ("cell=0.001", "cell=0.001 "),
-])
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        ("cell=0", "cell=0 "),
+        ("cell=-0.25", "cell=-0.25 "),
+        ("cell=fine", "cell=fine "),
+        ("cell=0.25mm", "cell=0.25mm "),
+        ("cell=nan", "cell=nan "),
+        ("cell=inf", "cell=inf "),
+        ("cell=1e-400", "cell=1e-400 "),
+        ("size_x=0", "size_x=0 "),
+        ("size_y=-200", "size_y=-200 "),
+        ("size_x=1e300", "size_x=1e300 "),
+        ("cell=0.001", "cell=0.001 "),
+    ],
+)
 def test_a_map_that_cannot_be_is_refused(tmp_path, arguments, said):
     """What, value with unit, rule, remedy; and nothing is loaded."""
-    status, out = hal(tmp_path, f"loadrt stock_tracker {arguments}\n",
-                      "halrun -f test.hal; echo status $?; " + SEGMENTS)
+    status, out = hal(
+        tmp_path, f"loadrt stock_tracker {arguments}\n", "halrun -f test.hal; echo status $?; " + SEGMENTS
+    )
     assert "status 1" in out.splitlines(), out
     line = next((line for line in out.splitlines() if line.startswith("chipwise:")), "")
     for words in ("stock_tracker", said, " mm", "> 0", "268435456 cells", "use a larger cell"):
@@ -50,33 +55,50 @@ def test_a_map_that_cannot_be_is_refused(tmp_path, arguments, said):
 
 @pytest.mark.parametrize("percent, shown", [("9", None), ("101", None), ("10", "10"), ("35", "35"), (None, "100")])
 def test_a_part_of_the_work(tmp_path, percent, shown):
-    _status, out = hal(tmp_path, f"loadrt stock_tracker size_x=60 size_y=40{f' work={percent}' if percent else ''}\ngetp stock-tracker.0.work-percent\n")
+    _status, out = hal(
+        tmp_path,
+        f"loadrt stock_tracker size_x=60 size_y=40{f' work={percent}' if percent else ''}\n"
+        f"getp stock-tracker.0.work-percent\n",
+    )
     if shown:
         assert shown in out.split(), out
     else:
-        assert f"chipwise: stock_tracker: work={percent} is not 10 to 100 per cent; correct it, or leave it out" in out, out
+        assert (
+            f"chipwise: stock_tracker: work={percent} is not 10 to 100 per cent; correct it, or leave it out" in out
+        ), out
 
 
 def test_nothing_of_a_refused_tracker_is_there(tmp_path):
-    _status, out = hal(tmp_path, "loadrt stock_tracker cell=0\nshow comp\nshow pin\nshow funct\n",
-                       "halrun -k -f test.hal")
-    shown = out[out.index("Loaded HAL Components"):]
+    _status, out = hal(
+        tmp_path, "loadrt stock_tracker cell=0\nshow comp\nshow pin\nshow funct\n", "halrun -k -f test.hal"
+    )
+    shown = out[out.index("Loaded HAL Components") :]
     assert "stock_tracker" not in shown and "stock-tracker" not in shown, shown
 
 
 def test_a_map_too_large_for_the_memory_is_refused(tmp_path):
-    _status, out = hal(tmp_path, "loadrt stock_tracker cell=0.25 size_x=2000 size_y=1000\n",
-                       "ulimit -v 200000; halrun -f test.hal; echo status $?")
+    _status, out = hal(
+        tmp_path,
+        "loadrt stock_tracker cell=0.25 size_x=2000 size_y=1000\n",
+        "ulimit -v 200000; halrun -f test.hal; echo status $?",
+    )
     assert "status 1" in out.splitlines(), out
     line = next((line for line in out.splitlines() if line.startswith("chipwise:")), "")
-    size = ctypes.sizeof(layout.Stock) + 8002 * 4002 * ctypes.sizeof(layout.Cell) + ctypes.sizeof(layout.PathDone) + ctypes.sizeof(layout.ClampTable)
+    size = (
+        ctypes.sizeof(layout.Stock)
+        + 8002 * 4002 * ctypes.sizeof(layout.Cell)
+        + ctypes.sizeof(layout.PathDone)
+        + ctypes.sizeof(layout.ClampTable)
+    )
     for words in (f"{size} bytes", "cell=0.25", "size_x=2000", "mm", "use a larger cell"):
         assert words in line, f"{words!r} is missing in {out!r}"
 
 
 def test_maps_go_with_the_component(tmp_path):
     """Unloaded while its thread runs, loaded again with a larger map, and left by halrun's end."""
-    status, out = hal(tmp_path, """
+    status, out = hal(
+        tmp_path,
+        """
 loadrt threads name1=servo period1=1000000
 loadrt stock_tracker size_x=60 size_y=40 count=2
 addf stock-tracker.0 servo
@@ -87,7 +109,9 @@ unloadrt stock_tracker
 loadusr -w sh $(SUPPORT)/count_maps unloaded
 loadrt stock_tracker size_x=90 size_y=80
 loadusr -w sh $(SUPPORT)/count_maps loaded
-""", "halrun -f test.hal; echo status $?; " + SEGMENTS)
+""",
+        "halrun -f test.hal; echo status $?; " + SEGMENTS,
+    )
     lines = out.splitlines()
     assert "unloaded 0" in lines and "loaded 1" in lines and "status 0" in lines, out
     assert lines[-1] == "at end 0", "a map was left behind\n" + out
@@ -96,12 +120,13 @@ loadusr -w sh $(SUPPORT)/count_maps loaded
 def test_the_map_of_a_killed_linuxcnc_is_in_nobodys_way(tmp_path):
     """One too small is left under the key."""
     (tmp_path / "leave.py").write_text(
-        "import ctypes\nlibc = ctypes.CDLL(None)\n"
-        f"assert libc.shmget({KEY}, 4096, 0o1600) >= 0\n")         # IPC_CREAT | rw for the owner
-    status, out = hal(tmp_path, "loadrt stock_tracker size_x=60 size_y=40\n"
-                                "getp stock-tracker.0.shm-key\n",
-                      f"{PYTHON} leave.py && sh $SUPPORT/count_maps left && halrun -f test.hal; "
-                      "echo status $?; " + SEGMENTS)
+        f"import ctypes\nlibc = ctypes.CDLL(None)\nassert libc.shmget({KEY}, 4096, 0o1600) >= 0\n"
+    )  # IPC_CREAT | rw for the owner
+    status, out = hal(
+        tmp_path,
+        "loadrt stock_tracker size_x=60 size_y=40\ngetp stock-tracker.0.shm-key\n",
+        f"{PYTHON} leave.py && sh $SUPPORT/count_maps left && halrun -f test.hal; echo status $?; " + SEGMENTS,
+    )
     lines = out.splitlines()
     assert lines[0] == "left 1" and str(KEY) in lines and "status 0" in lines and lines[-1] == "at end 0", out
 
@@ -150,15 +175,17 @@ def slot_file(where):
     """The slot of tracker_slot as a file for `cfg=fffb`; -> environment for halrun."""
     path = SLOT.stimulus()
     columns = [path.columns[name] for name in ("pos-x", "pos-y", "pos-z")]
-    lines = ["%r %r %r %d\n" % (*map(float, row), define)
-             for *row, define in zip(*columns, path.columns["define"])]
+    lines = ["%r %r %r %d\n" % (*map(float, row), define) for *row, define in zip(*columns, path.columns["define"])]
     (where / "stimulus.txt").write_text("".join(lines))
     return {"DEPTH": str(len(lines) + 100), "PYTHON": PYTHON}
 
 
 def test_two_trackers_have_maps_of_their_own_that_can_be_read(tmp_path):
-    """Read while the tool cuts: a snapshot of one moment misses just the volume removed so far, any other no more than was cut meanwhile."""
-    for attempt in range(4):        # a reader that waits for the processor looks less often, and collides with the tracker more often
+    """Read while the tool cuts: a snapshot of one moment misses just the volume removed so far, any other no more than
+    was cut meanwhile."""
+    for attempt in range(
+        4
+    ):  # a reader that waits for the processor looks less often, and collides with the tracker more often
         folder = tmp_path / str(attempt)
         folder.mkdir()
         status, out = hal(folder, TWO, env=slot_file(folder))
@@ -175,17 +202,19 @@ def test_two_trackers_have_maps_of_their_own_that_can_be_read(tmp_path):
     assert (other["low"], other["high"]) == ([0, 0, -20], [50, 30, 0])
     assert after["shape"] == [160, 240] and other["shape"] == [120, 200]
     assert cutting["first_removed"] < 0.5 * cutting["removed"] == 0.5 * after["removed"]
-    assert cutting["generation"] == after["generation"]     # a tool that stands writes nothing
+    assert cutting["generation"] == after["generation"]  # a tool that stands writes nothing
     assert after["lowest"] == pytest.approx(-SLOT.DEPTH, abs=1e-3)
-    assert 0 < other["removed"] < 0.6 * after["removed"]    # a 3 mm tool in the other map
+    assert 0 < other["removed"] < 0.6 * after["removed"]  # a 3 mm tool in the other map
     lines = out.splitlines()
     assert str(KEY) in lines and str(KEY + 1) in lines, out
-    assert any(line[:1].isdigit() and float(line) == pytest.approx(after["removed"], rel=1e-5)
-               for line in lines), out
+    assert any(line[:1].isdigit() and float(line) == pytest.approx(after["removed"], rel=1e-5) for line in lines), out
 
 
-BIG = TWO.replace("size_x=60 size_y=40", "size_x=300 size_y=200") \
-    .replace("0.max-x 60", "0.max-x 300").replace("0.max-y 40", "0.max-y 200")
+BIG = (
+    TWO.replace("size_x=60 size_y=40", "size_x=300 size_y=200")
+    .replace("0.max-x 60", "0.max-x 300")
+    .replace("0.max-y 40", "0.max-y 200")
+)
 
 
 def test_a_large_map_is_read_while_the_tool_cuts(tmp_path):
@@ -196,12 +225,13 @@ def test_a_large_map_is_read_while_the_tool_cuts(tmp_path):
     assert cutting["shape"] == [800, 1200], cutting
     assert cutting["inexact"] > 0 and cutting["first_removed"] < cutting["removed"], cutting
     assert cutting["worst_mm3"] < 1e-2 and after["worst_mm3"] < 1e-2, (cutting, after)
-    assert cutting["worst_inexact_mm3"] < 1e-2, cutting         # no more is missing than was cut while it was read
-    assert after["inexact"] == 0, after                         # it stands: all of one moment
+    assert cutting["worst_inexact_mm3"] < 1e-2, cutting  # no more is missing than was cut while it was read
+    assert after["inexact"] == 0, after  # it stands: all of one moment
 
 
 def test_an_assumed_stock_is_none_to_feed_and_codes(tmp_path):
-    """certain FALSE: the feed is F as without a stock, and M251's status has none; the sums go on, and TRUE is the default."""
+    """certain FALSE: the feed is F as without a stock, and M251's status has none; the sums go on, and TRUE is the
+    default."""
     text = """
 loadrt threads name1=servo period1=1000000
 loadrt volumetric_feed
@@ -222,7 +252,8 @@ setp volumetric-feed.0.program-running 1
 setp chipwise-command.0.stock-defined 1
 start
 """
-    looks = "".join(f"""
+    looks = "".join(
+        f"""
 setp volumetric-feed.0.certain {certain}
 setp chipwise-command.0.certain {certain}
 loadusr -w sleep 0.2
@@ -230,7 +261,9 @@ getp volumetric-feed.0.adaptive-feed
 getp volumetric-feed.0.limited-by
 getp chipwise-command.0.status
 getp volumetric-feed.0.cut-time
-""" for certain in (0, 1))
+"""
+        for certain in (0, 1)
+    )
     status, out = hal(tmp_path, text + "loadusr -w sleep 0.2\ngetp volumetric-feed.0.adaptive-feed" + looks)
     assert status == 0, out
     default, *said = [float(line) for line in out.splitlines() if line[:1].isdigit()]
@@ -302,8 +335,12 @@ print("pins", getp("and2.0.in0"), getp("and2.0.in1"))
 def test_several_commands_end_at_the_one_that_fails(tmp_path, root):
     """chipwise.host.halcmd.halcmds: what is before it is done, what is behind it is not, and the message names it."""
     (tmp_path / "several.py").write_text(HALCMDS)
-    _status, out = hal(tmp_path, f"loadrt or2\nloadusr -w {PYTHON} several.py {root}/remap\n")      # rtapi_app runs, as in LinuxCNC
+    _status, out = hal(
+        tmp_path, f"loadrt or2\nloadusr -w {PYTHON} several.py {root}/remap\n"
+    )  # rtapi_app runs, as in LinuxCNC
     refused = [line for line in out.splitlines() if line.startswith("refused")]
-    assert len(refused) == 2 and "halcmd setp and2.0.none 1: " in refused[0] and "halcmd loadrt no_such: " in refused[1], out
-    assert re.search("'and2.0.none':? not found", refused[0])      # 2.9, 2.10
+    assert (
+        len(refused) == 2 and "halcmd setp and2.0.none 1: " in refused[0] and "halcmd loadrt no_such: " in refused[1]
+    ), out
+    assert re.search("'and2.0.none':? not found", refused[0])  # 2.9, 2.10
     assert "pins FALSE TRUE" in out.splitlines(), out

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A master and a slave in two sandboxes, each with a HAL of its own, and a bad network between them: the slave ends where the master
-does, mirrored, and stops when the master has died."""
+"""A master and a slave in two sandboxes, each with a HAL of its own, and a bad network between them: the slave ends
+where the master does, mirrored, and stops when the master has died."""
+
 import re
 import threading
 
@@ -10,13 +11,15 @@ from support import ROOT, halrig
 from support.bad_network import BadNetwork
 from support.random_cases import random_seed
 
-DONE, DEAD, NO_MASTER = 9, 4, 4             # states of tracer and tracer-slave, fault-code of the slave
-DEAD_PERIODS = 8000                         # a busy computer has pauses of more than 3000
-ROWS = 20000                                # of the sampler: the sender may have to wait as long
-LENT, PORT = 7134, 7135                     # of the loopback of each sandbox
+DONE, DEAD, NO_MASTER = 9, 4, 4  # states of tracer and tracer-slave, fault-code of the slave
+DEAD_PERIODS = 8000  # a busy computer has pauses of more than 3000
+ROWS = 20000  # of the sampler: the sender may have to wait as long
+LENT, PORT = 7134, 7135  # of the loopback of each sandbox
 LEND = "loadusr -w /usr/bin/python3 {support}/lend_socket {here}/{name} {port}\n"
-SCRIPTS = {"until_there": "for i in $(seq 400); do [ -e {here}/there ] && exit; sleep 0.05; done\n",
-           "until_dead": "for i in 1 2; do sh {support}/wait_pin tracer-slave.0.state 4 | grep -q . || exit 0; done\n"}
+SCRIPTS = {
+    "until_there": "for i in $(seq 400); do [ -e {here}/there ] && exit; sleep 0.05; done\n",
+    "until_dead": "for i in 1 2; do sh {support}/wait_pin tracer-slave.0.state 4 | grep -q . || exit 0; done\n",
+}
 # The last packets come while the master rests, within the 5 s.
 MASTER = """loadusr -w sh {here}/until_there
 setp tracer.0.enable 1
@@ -59,7 +62,7 @@ def link(name, address):
 
 
 def signed(low, high):
-    return int(high) * 2 ** 32 + int(low)
+    return int(high) * 2**32 + int(low)
 
 
 def put_files(folder):
@@ -67,10 +70,25 @@ def put_files(folder):
     words = dict(here=folder, support=halrig.SUPPORT)
     for name, text in SCRIPTS.items():
         (folder / name).write_text(text.format(**words))
-    first = re.findall(r"(?ms)^```\n(.*?)^```", (ROOT / "docs/user/tracer.md").read_text())[0].replace(" servo\n", " servo-thread\n")
-    first = first.replace("name1=servo ", "name1=servo-thread ").replace("setp tracer.0.enable 1\n", "").replace("start\n", LEND.format(name="in", port=LENT, **words) + link("master", LENT).replace("depth=1000 ", "depth=50000 ") + "start\n")
+    first = re.findall(r"(?ms)^```\n(.*?)^```", (ROOT / "docs/user/tracer.md").read_text())[0].replace(
+        " servo\n", " servo-thread\n"
+    )
+    first = (
+        first.replace("name1=servo ", "name1=servo-thread ")
+        .replace("setp tracer.0.enable 1\n", "")
+        .replace(
+            "start\n",
+            LEND.format(name="in", port=LENT, **words)
+            + link("master", LENT).replace("depth=1000 ", "depth=50000 ")
+            + "start\n",
+        )
+    )
     (folder / "master.hal").write_text(first + MASTER.format(**words))
-    (folder / "slave.hal").write_text(SLAVE.format(link=LEND.format(name="out", port=LENT, **words) + link("slave", PORT), periods=DEAD_PERIODS, **words))
+    (folder / "slave.hal").write_text(
+        SLAVE.format(
+            link=LEND.format(name="out", port=LENT, **words) + link("slave", PORT), periods=DEAD_PERIODS, **words
+        )
+    )
 
 
 @pytest.mark.xdist_group("hal_tracer_link")
@@ -80,16 +98,28 @@ def test_two_machines_and_a_bad_network(tmp_path):
     network.start()
     put_files(tmp_path)
     done = {}
-    both = [threading.Thread(target=lambda name=name: done.update({name: halrig.halrun(["-f", name + ".hal"], tmp_path)})) for name in ("slave", "master")]
+    both = [
+        threading.Thread(target=lambda name=name: done.update({name: halrig.halrun(["-f", name + ".hal"], tmp_path)}))
+        for name in ("slave", "master")
+    ]
     for one in both:
         one.start()
     for one in both:
         one.join()
     network.ends = True
-    assert done["master"].returncode == 0 and done["slave"].returncode == 0, done["master"].stdout + done["slave"].stdout
+    assert done["master"].returncode == 0 and done["slave"].returncode == 0, (
+        done["master"].stdout + done["slave"].stdout
+    )
     *_rest, low_x, high_x, low_z, high_z, overruns = values(done["master"])
     *_rest, x, z, fault, lost, passed, refused = values(done["slave"])
-    print(f"{network.counts}; slave: {passed:.0f} packets, {lost:.0f} lost, {refused:.0f} refused; sampler lost {overruns:.0f}")
-    assert signed(low_x, high_x) != 0 and round(x * 100000) == -signed(low_x, high_x) and round(z * 100000) == signed(low_z, high_z)
+    print(
+        f"{network.counts}; slave: {passed:.0f} packets, {lost:.0f} lost, {refused:.0f} refused; sampler lost "
+        f"{overruns:.0f}"
+    )
+    assert (
+        signed(low_x, high_x) != 0
+        and round(x * 100000) == -signed(low_x, high_x)
+        and round(z * 100000) == signed(low_z, high_z)
+    )
     assert fault == NO_MASTER
     assert network.counts["all"] > 5000 and lost > 50 and refused > 20 and overruns == 0

@@ -23,12 +23,15 @@ from support.bad_subs import BAD_SUBS, sub
 def read(tmp_path, monkeypatch):
     """text -> Shape of O100 in program.ngc."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "a.ini").write_text("[RS274NGC]\nSUBROUTINE_PATH = subs:more\nREMAP = F python=feed\n[DISPLAY]\n"
-                                    "PROGRAM_PREFIX = programs\n[CHIPWISE]\nCHOP_SIZE = 7\n")
+    (tmp_path / "a.ini").write_text(
+        "[RS274NGC]\nSUBROUTINE_PATH = subs:more\nREMAP = F python=feed\n[DISPLAY]\n"
+        "PROGRAM_PREFIX = programs\n[CHIPWISE]\nCHOP_SIZE = 7\n"
+    )
 
     def reader(text, **job):
         (tmp_path / "program.ngc").write_text(text)
         return read_shape(Job(**{"program": "program.ngc", "sub": 100, "ini": "a.ini", "close_gap": 0.01, **job}))
+
     return reader
 
 
@@ -56,7 +59,7 @@ def test_files_that_never_end(read, tmp_path):
             read(sub("G0 X0 Y0"), sub=number)
         with pytest.raises(CycleError, match=f"{number}.ngc: it is not a regular file; put"):
             read(sub("G0 X0 Y0", "G1 X5", f"o{number} call"))
-        assert sum(os.times()[:4]) - sum(before[:4]) < 5        # and had it waited, the message would be another
+        assert sum(os.times()[:4]) - sum(before[:4]) < 5  # and had it waited, the message would be another
 
 
 def test_a_call_that_waits_for_ever(read, tmp_path, monkeypatch):
@@ -77,6 +80,7 @@ def test_a_busy_machine_is_no_endless_loop(read, monkeypatch):
         os.kill(process.pid, signal.SIGSTOP)
         threading.Timer(5.0, os.kill, (process.pid, signal.SIGCONT)).start()
         return process
+
     monkeypatch.setattr(sub_process.subprocess, "Popen", stopped)
     assert len(read(sub("G0 X0 Y0", "G1 X5", "G1 Y5")).loops[0]) == 2
 
@@ -90,9 +94,13 @@ def test_impossible_arc(read):
 def test_elements(read):
     shape = read(sub("G0 X1 Y2", "G1 X11", "G3 X13 Y4 J2", "G2 X15 Y6 R2", "G0 X0 Y0", "G2 I5", "G0 X99"))
     assert shape.loops == (
-        (LineElement((1.0, 2.0), (11.0, 2.0), 3), ArcElement((11.0, 2.0), (13.0, 4.0), (11.0, 4.0), True, 4),
-         ArcElement((13.0, 4.0), (15.0, 6.0), (15.0, 4.0), False, 5)),
-        (ArcElement((0.0, 0.0), (0.0, 0.0), (5.0, 0.0), False, 7),))
+        (
+            LineElement((1.0, 2.0), (11.0, 2.0), 3),
+            ArcElement((11.0, 2.0), (13.0, 4.0), (11.0, 4.0), True, 4),
+            ArcElement((13.0, 4.0), (15.0, 6.0), (15.0, 4.0), False, 5),
+        ),
+        (ArcElement((0.0, 0.0), (0.0, 0.0), (5.0, 0.0), False, 7),),
+    )
     assert [c.closed for c in contours(shape)] == [False, True]
 
 
@@ -121,16 +129,27 @@ def test_a_sub_that_prints(read):
 def test_position_units_and_modes(read):
     assert read(sub("G1 X3 Y4"), position=(1.0, 2.0, 9.0)).loops[0][0].start == (1.0, 2.0)
     assert read(sub("G1 X3 Y4"), position=(1.0, 2.0, 9.0), incremental=True).loops[0][0].end == (4.0, 6.0)
-    assert read(sub("G1 X3 Y4"), unit="in", position=(25.4, 0.0, 0.0)).loops[0][0] == \
-        LineElement((25.4, 0.0), (76.2, 101.6), 2)
+    assert read(sub("G1 X3 Y4"), unit="in", position=(25.4, 0.0, 0.0)).loops[0][0] == LineElement(
+        (25.4, 0.0), (76.2, 101.6), 2
+    )
     arc = read(sub("G0 X1 Y1", "G3 X3 I2 J1"), ijk_absolute=True).loops[0][0]
     assert arc.centre == (2.0, 1.0)
 
 
 def test_what_a_sub_may_read(read):
-    text = sub("G0 X0 Y0", "G1 X#31", "Y#<_depth_of_it>", "X[#5410 + #5400]", "Y[#<_x> + #<_feed>]",
-               "X#<_ini[CHIPWISE]CHOP_SIZE>", "#1 = 7", "Y[#1]")
-    loop, = read(text, numbered=((31, 3.5),), named=(("_depth_of_it", 4.25), ("_x", 99.0)), tool=(4, 6.0), feed=50.0).loops
+    text = sub(
+        "G0 X0 Y0",
+        "G1 X#31",
+        "Y#<_depth_of_it>",
+        "X[#5410 + #5400]",
+        "Y[#<_x> + #<_feed>]",
+        "X#<_ini[CHIPWISE]CHOP_SIZE>",
+        "#1 = 7",
+        "Y[#1]",
+    )
+    (loop,) = read(
+        text, numbered=((31, 3.5),), named=(("_depth_of_it", 4.25), ("_x", 99.0)), tool=(4, 6.0), feed=50.0
+    ).loops
     assert [e.end for e in loop] == [(3.5, 0.0), (3.5, 4.25), (10.0, 4.25), (10.0, 60.0), (7.0, 60.0), (7.0, 7.0)]
 
 
@@ -156,13 +175,15 @@ def test_home_folder(read, tmp_path, monkeypatch):
 
 
 def test_polar_coordinates(read):
-    loop, = read(sub("G0 X0 Y0", "G1 @10 ^0", "^90")).loops
+    (loop,) = read(sub("G0 X0 Y0", "G1 @10 ^0", "^90")).loops
     assert [e.end for e in loop] == [(10.0, 0.0), (0.0, 10.0)]
 
 
 def test_functions_without_brackets_and_indirect_calls(read):
-    loop, = read(sub("G0 X0 Y0", "G1 X SIN[90] Y-.5", "G1XATAN[1]/[1]", "#<n> = 2 G1 Y7", "o[#<n>] call") +
-                 "o2 sub\nG1 X50\no2 endsub\n").loops
+    (loop,) = read(
+        sub("G0 X0 Y0", "G1 X SIN[90] Y-.5", "G1XATAN[1]/[1]", "#<n> = 2 G1 Y7", "o[#<n>] call")
+        + "o2 sub\nG1 X50\no2 endsub\n"
+    ).loops
     assert [e.end for e in loop] == [(1.0, -0.5), (45.0, -0.5), (45.0, 7.0), (50.0, 7.0)]
 
 
@@ -172,9 +193,16 @@ def test_remembered(read, tmp_path, monkeypatch):
     real = run.run_sub
     monkeypatch.setattr(run, "run_sub", lambda *job: runs.append(1) or real(*job))
     plain, reading = sub("G0 X0 Y0", "G1 X7.5"), sub("G0 X0 Y0", "G1 X#31")
-    for count, (text, job) in enumerate((
-            (plain, {}), (plain, dict(position=(1.0, 1.0, 1.0), numbered=((31, 1.0),))), (plain, dict(unit="in")),
-            (reading, dict(numbered=((31, 1.0),))), (reading, dict(numbered=((31, 2.0),)))), 1):
+    for count, (text, job) in enumerate(
+        (
+            (plain, {}),
+            (plain, dict(position=(1.0, 1.0, 1.0), numbered=((31, 1.0),))),
+            (plain, dict(unit="in")),
+            (reading, dict(numbered=((31, 1.0),))),
+            (reading, dict(numbered=((31, 2.0),))),
+        ),
+        1,
+    ):
         read(text, **job)
         read(text, **job)
         assert len(runs) == (count if count == 1 else count - 1)
@@ -194,9 +222,46 @@ def test_random_text_is_refused_or_read(read):
     """Whatever is in a sub: a shape or a CycleError, nothing else."""
     import random
     from support.random_cases import random_count, random_seed
+
     rng = random.Random(random_seed())
-    pieces = ["G0", "G1", "G2", "G3", "X", "Y", "Z", "I", "J", "R", "1", "-2.5", "[", "]", "#1", "#<a>", "=", "+", "(", ")",
-              "o1", "if", "endif", "while", "endwhile", "call", "sub", "endsub", ";", "\n", "\n", " ", "%", "N5", "P2", "é"]
+    pieces = [
+        "G0",
+        "G1",
+        "G2",
+        "G3",
+        "X",
+        "Y",
+        "Z",
+        "I",
+        "J",
+        "R",
+        "1",
+        "-2.5",
+        "[",
+        "]",
+        "#1",
+        "#<a>",
+        "=",
+        "+",
+        "(",
+        ")",
+        "o1",
+        "if",
+        "endif",
+        "while",
+        "endwhile",
+        "call",
+        "sub",
+        "endsub",
+        ";",
+        "\n",
+        "\n",
+        " ",
+        "%",
+        "N5",
+        "P2",
+        "é",
+    ]
     for _ in range(random_count(8)):
         text = sub("".join(rng.choice(pieces) for _ in range(rng.randint(1, 60))))
         try:
@@ -205,8 +270,20 @@ def test_random_text_is_refused_or_read(read):
             assert "internal" not in str(error) and "did not run it" not in str(error), text
 
 
-UNKNOWN = ["G1 X5 Y1\nG1 X0 Y9\n", "G0 X3\nG1 X9 Y1\nG1 X9 Y5\n", "#1 = 4\nG1 X#1 Y0\nG1 X9 Y9\n", "G2 X4 Y0 I2\nG1 Y9\n", "G91\n", "G0 X#<_x> Y2\nG1 X9\n"]
-KNOWN = ["G0 X1 Y2\nG1 X5\nG1 Y9\n", "G0 X1\nG0 Y2\nG1 X5\nG1 Y9\n", "#1 = 3\nG0 X#1 Y2\nG1 X5\nG1 Y9\n", "o1 if [1]\nG0 X1 Y2\no1 endif\nG1 X5\nG1 Y9\n"]
+UNKNOWN = [
+    "G1 X5 Y1\nG1 X0 Y9\n",
+    "G0 X3\nG1 X9 Y1\nG1 X9 Y5\n",
+    "#1 = 4\nG1 X#1 Y0\nG1 X9 Y9\n",
+    "G2 X4 Y0 I2\nG1 Y9\n",
+    "G91\n",
+    "G0 X#<_x> Y2\nG1 X9\n",
+]
+KNOWN = [
+    "G0 X1 Y2\nG1 X5\nG1 Y9\n",
+    "G0 X1\nG0 Y2\nG1 X5\nG1 Y9\n",
+    "#1 = 3\nG0 X#1 Y2\nG1 X5\nG1 Y9\n",
+    "o1 if [1]\nG0 X1 Y2\no1 endif\nG1 X5\nG1 Y9\n",
+]
 
 
 @pytest.mark.parametrize("text", [*UNKNOWN, *KNOWN])
@@ -219,7 +296,11 @@ def test_a_shape_that_begins_at_an_unknown_place_is_refused(read, text):
     with pytest.raises(CycleError) as caught:
         read(text, position=None)
     if "G91" not in text:
-        assert isinstance(caught.value, UnknownStart) and "the shape begins where the tool is" in str(caught.value) and "G0 X.. Y.." in str(caught.value)
+        assert (
+            isinstance(caught.value, UnknownStart)
+            and "the shape begins where the tool is" in str(caught.value)
+            and "G0 X.. Y.." in str(caught.value)
+        )
 
 
 def test_a_turned_shape_needs_x_and_z(read):
@@ -232,11 +313,27 @@ def test_a_turned_shape_needs_x_and_z(read):
             assert not known and "G0 X.. Z.." in str(error)
 
 
-@pytest.mark.parametrize("name, text, message", [
-    ("subs/100.ngc", "\ufeff" + sub("G0 X0 Y0", "G1 X5", "G1 Y5"), "100.ngc begins with a byte order mark, which LinuxCNC refuses; save it as UTF-8 without one"),
-    ("program.ngc", 2 * (sub("G0 X0 Y0", "G1 X5", "G1 Y5") + "\n"), "sub O100 is defined twice in program.ngc, in lines 1 and "),
-    ("program.ngc", sub("G0 X0 Y0", "G1 X5", "G1 Y5") + "\n" + 2 * "O7 sub\nO7 endsub\n", "sub O7 is defined twice in program.ngc, in lines "),
-], ids=["mark", "twice", "another one twice"])
+@pytest.mark.parametrize(
+    "name, text, message",
+    [
+        (
+            "subs/100.ngc",
+            "\ufeff" + sub("G0 X0 Y0", "G1 X5", "G1 Y5"),
+            "100.ngc begins with a byte order mark, which LinuxCNC refuses; save it as UTF-8 without one",
+        ),
+        (
+            "program.ngc",
+            2 * (sub("G0 X0 Y0", "G1 X5", "G1 Y5") + "\n"),
+            "sub O100 is defined twice in program.ngc, in lines 1 and ",
+        ),
+        (
+            "program.ngc",
+            sub("G0 X0 Y0", "G1 X5", "G1 Y5") + "\n" + 2 * "O7 sub\nO7 endsub\n",
+            "sub O7 is defined twice in program.ngc, in lines ",
+        ),
+    ],
+    ids=["mark", "twice", "another one twice"],
+)
 def test_files_that_linuxcnc_does_not_read(read, tmp_path, name, text, message):
     """Said as what they are: neither a missing sub nor the folder of a process."""
     (tmp_path / "subs").mkdir()
@@ -251,5 +348,7 @@ def test_patience_is_in_real_time(monkeypatch, speed, answer):
     """A process that computes nothing is given up, but not sooner where the clock runs ten times as fast."""
     monkeypatch.setenv("CHIPWISE_SPEED", speed)
     monkeypatch.setattr(sub_process, "STUCK_S", 0.4)
-    process = subprocess.Popen(["sleep", "2"], text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    process = subprocess.Popen(
+        ["sleep", "2"], text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
     assert sub_process.answer_of(process, "") == answer

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""External offsets without lag (axis_offset.h) against a planner written from LinuxCNC's description, with what stops them."""
+"""External offsets without lag (axis_offset.h) against a planner written from LinuxCNC's description, with what stops
+them."""
+
 import math
 
 import numpy as np
@@ -9,8 +11,8 @@ from support.offset_planner import PERIOD_S, Planner
 from support.offset_rig import FAULT, SETTINGS, STATE, Rig
 from support.random_cases import random_count, random_seed, write_replay
 
-LATE = 2                        # periods from a position to the offset, as LinuxCNC reads its pins
-EXACT_MM = 5e-6                 # a count is 1e-6 mm, and its rounding is a velocity for a period
+LATE = 2  # periods from a position to the offset, as LinuxCNC reads its pins
+EXACT_MM = 5e-6  # a count is 1e-6 mm, and its rounding is a velocity for a period
 A = SETTINGS["acceleration_mm_s2"][0]
 
 
@@ -51,7 +53,7 @@ def test_the_request_is_ahead_by_the_lag_of_the_planner():
     rig = Rig()
     positions = straight(50.0, 1500)
     offsets = rig.follow(positions)
-    assert rig.leads[-1] == pytest.approx(50.0 ** 2 / (2 * A) + 50.0 * PERIOD_S, abs=1e-5)
+    assert rig.leads[-1] == pytest.approx(50.0**2 / (2 * A) + 50.0 * PERIOD_S, abs=1e-5)
     assert np.abs(offsets[LATE:] - positions[:-LATE] + positions[0]).max() < EXACT_MM
 
 
@@ -63,12 +65,14 @@ def test_a_stop_brakes_and_holds(what):
     begin = rig.offsets[-1][0]
     rig.run(400)
     assert rig.states[-1] == (STATE.HOLD, FAULT.NO_FAULT) and not rig.out.is_enabled and rig.out.is_off
-    assert rig.offsets[-1][0] - begin == pytest.approx(40.0 ** 2 / (2 * A) + 40.0 * PERIOD_S * 1.5, abs=0.1)
+    assert rig.offsets[-1][0] - begin == pytest.approx(40.0**2 / (2 * A) + 40.0 * PERIOD_S * 1.5, abs=0.1)
     assert rig.changes() <= A * (1 + 1e-9) and np.abs(rig.velocities[-1]).max() < 1e-3
     held = rig.offsets[-1]
     rig.signals(permit=1)
     rig.run(1500, (500.0, 0, 0))
-    assert np.abs(rig.offsets[-1] - held).max() < 1e-5 and rig.states[-1][0] == STATE.HOLD         # it does not begin again by itself
+    assert (
+        np.abs(rig.offsets[-1] - held).max() < 1e-5 and rig.states[-1][0] == STATE.HOLD
+    )  # it does not begin again by itself
     rig.signals(request=0)
     rig.run(2)
     rig.follow(straight(10.0, 100) + (500, 0, 0))
@@ -115,7 +119,7 @@ def test_a_planner_that_does_not_follow_is_a_fault(case):
     assert rig.states[end] == (STATE.FAULT, FAULT.ASTRAY)
     begin = len(rig.states) - len(offsets)
     if case != "soft limit":
-        assert np.abs(offsets[LATE:end - begin] - positions[:end - begin - LATE] + positions[0]).max() < 0.1
+        assert np.abs(offsets[LATE : end - begin] - positions[: end - begin - LATE] + positions[0]).max() < 0.1
     rig.run(500)
     assert not rig.out.is_enabled and np.abs(rig.velocities[-1]).max() < 1e-3
     rig.signals(request=0)
@@ -148,9 +152,9 @@ def test_clear_goes_up_first():
     rig.run(4000, None, 0.0)
     path = np.array(rig.offsets[begin:])
     moved = np.abs(path[:, :2] - path[0, :2]).max(axis=1) > 1e-3
-    assert abs(path[np.argmax(moved), 2]) < 1e-3                # X and Y move only when Z is up
+    assert abs(path[np.argmax(moved), 2]) < 1e-3  # X and Y move only when Z is up
     line = path[moved & (np.abs(path[:, 0]) > 0.1)]
-    assert np.ptp(line[:, 0] / line[:, 1]) < 1e-3              # along a straight line
+    assert np.ptp(line[:, 0] / line[:, 1]) < 1e-3  # along a straight line
     assert rig.out.is_cleared and not rig.out.is_off and np.abs(path[-1]).max() < 1e-6
     assert np.abs(np.array(rig.velocities[begin:])).max() <= 20.0 * (1 + 1e-6) and rig.changes() <= A * (1 + 1e-9)
 
@@ -169,8 +173,15 @@ def test_clear_goes_down_last():
     assert np.abs(path[np.argmax(moved), :2]).max() < 1e-3 and rig.out.is_cleared
 
 
-@pytest.mark.parametrize("deflections, fault", [((0.3, 0.25, 0.1, 0.0, 0.0), FAULT.NO_FAULT), ((0.0, 0.0, 0.35), FAULT.COLLISION),
-                                                ((0.3, 0.0, 0.0, 0.31), FAULT.COLLISION), ((0.0, math.nan), FAULT.COLLISION)])
+@pytest.mark.parametrize(
+    "deflections, fault",
+    [
+        ((0.3, 0.25, 0.1, 0.0, 0.0), FAULT.NO_FAULT),
+        ((0.0, 0.0, 0.35), FAULT.COLLISION),
+        ((0.3, 0.0, 0.0, 0.31), FAULT.COLLISION),
+        ((0.0, math.nan), FAULT.COLLISION),
+    ],
+)
 def test_a_deflection_on_the_way_back(deflections, fault):
     """That of the beginning may fall; one that grows stops the axes."""
     rig = Rig()
@@ -187,8 +198,16 @@ def test_a_deflection_on_the_way_back(deflections, fault):
 
 
 def test_settings_and_inputs_that_cannot_be():
-    for name, value in (("acceleration_mm_s2", (450, math.nan, 450)), ("acceleration_mm_s2", (0, 450, 450)), ("max_vel_mm_s", (90, 90, math.inf)),
-                        ("count_mm", 0.0), ("clear_vel_mm_s", -1.0), ("max_astray_mm", math.nan), ("max_behind_mm", 0.0), ("contact_mm", math.inf)):
+    for name, value in (
+        ("acceleration_mm_s2", (450, math.nan, 450)),
+        ("acceleration_mm_s2", (0, 450, 450)),
+        ("max_vel_mm_s", (90, 90, math.inf)),
+        ("count_mm", 0.0),
+        ("clear_vel_mm_s", -1.0),
+        ("max_astray_mm", math.nan),
+        ("max_behind_mm", 0.0),
+        ("contact_mm", math.inf),
+    ):
         rig = Rig(**{name: value})
         rig.follow(straight(30.0, 100))
         assert rig.states[-1] == (STATE.FAULT, FAULT.SETTINGS) and np.abs(rig.offsets[-1]).max() == 0.0, name
@@ -208,13 +227,19 @@ def test_hostile_numbers():
         generator = np.random.default_rng([random_seed(), 1, number])
         rig, at = Rig(), np.zeros(3)
         for _ in range(200):
-            rig.signals(request=int(generator.random() < 0.9), permit=int(generator.random() < 0.95), clear=int(generator.random() < 0.1))
+            rig.signals(
+                request=int(generator.random() < 0.9),
+                permit=int(generator.random() < 0.95),
+                clear=int(generator.random() < 0.1),
+            )
             value = hostile[generator.integers(len(hostile))]
             rig.settings.max_astray_mm = value if generator.random() < 0.05 else 5e-4
             rig.settings.acceleration_mm_s2[1] = value if generator.random() < 0.05 else A
             at = at + generator.uniform(-0.05, 0.05, 3)
             rig.step(np.where(generator.random(3) < 0.05, value, at), value if generator.random() < 0.1 else 0.0)
-            assert np.abs(list(rig.out.counts)).max() <= 2e9 and np.isfinite(list(rig.axes.velocity_mm_s)).all(), f"CHIPWISE_SEED={random_seed()} case {number}"
+            assert np.abs(list(rig.out.counts)).max() <= 2e9 and np.isfinite(list(rig.axes.velocity_mm_s)).all(), (
+                f"CHIPWISE_SEED={random_seed()} case {number}"
+            )
         assert rig.changes() <= A * (1 + 1e-9), f"CHIPWISE_SEED={random_seed()} case {number}"
         rig.settings.max_astray_mm, rig.settings.acceleration_mm_s2[1] = 5e-4, A
         rig.signals(request=0, permit=1, clear=0)

@@ -1,16 +1,19 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Tracker and feed law drive a simulated planner through random cuts: the true removal rate never rises above its target.
+"""Tracker and feed law drive a simulated planner through random cuts: the true removal rate never rises above its
+target.
 
-A failure prints the seed; `CHIPWISE_SEED=<seed> CHIPWISE_RANDOM_COUNT=1 tools/test tests/core/test_closed_loop.py` repeats it.
+A failure prints the seed; `CHIPWISE_SEED=<seed> CHIPWISE_RANDOM_COUNT=1 tools/test tests/core/test_closed_loop.py`
+repeats it.
 """
+
 import subprocess
 
 import pytest
 
 from support import ROOT, closed_loop, random_cases, unchanged
 
-PEAK = 1.02 + 0.003     # in 10 ms; the grain of the needles
-VOLUME = 0.003          # of the volume
+PEAK = 1.02 + 0.003  # in 10 ms; the grain of the needles
+VOLUME = 0.003  # of the volume
 
 
 def inputs():
@@ -25,7 +28,7 @@ def test_no_peak(tmp_path):
     scenes = closed_loop.run(closed_loop.build(tmp_path), random_cases.random_seed(), random_cases.random_count(2))
     assert not high(scenes), high(scenes)
     assert not [scene for scene in scenes if abs(scene.volume - 1.0) > VOLUME], scenes
-    assert max(scene.peak for scene in scenes) > 0.9        # not all of it was air
+    assert max(scene.peak for scene in scenes) > 0.9  # not all of it was air
 
 
 @pytest.mark.inputs(lambda **_of_a_test: inputs())

@@ -18,7 +18,7 @@ def test_down_at_f_and_level_at_the_ceiling():
     for upward in (-1.1e-4, -0.01, -1.0):
         assert law(**JOB, upward=upward) == (pytest.approx(F / TOP), CEILING)
         assert law(**(JOB | {"keeps": 0}), upward=upward)[0] == 1.0
-    assert law(**JOB, upward=-1.0, area=12.0) == (pytest.approx(5.0 / TOP), HERE)          # the target counts there, too
+    assert law(**JOB, upward=-1.0, area=12.0) == (pytest.approx(5.0 / TOP), HERE)  # the target counts there, too
 
 
 @pytest.mark.parametrize("odd", [dict(upward=math.nan), dict(descent=math.nan), dict(descent=math.inf)])
@@ -29,11 +29,12 @@ def test_what_is_not_known_keeps_f(odd):
 @pytest.mark.parametrize("knob", [0.5, 1.0, 1.5])
 @pytest.mark.parametrize("accel, given", [(500.0, 0.0), (500.0, 250.0), (200.0, 50.0), (500.0, 1e9)])
 def test_it_is_braked_in_time(knob, accel, given):
-    """Driven period by period with the braking the planner is said to have: F where the descent begins, and not long before."""
+    """Driven period by period with the braking the planner is said to have: F where the descent begins, and not long
+    before."""
     real = min(given, accel) if given else 0.5 * accel
     wall, at, v, scale, started = 40.0, 0.0, knob * TOP, 1.0, None
     while at < wall:
-        goal = knob * scale * TOP                       # last period's scale, as motion sees it
+        goal = knob * scale * TOP  # last period's scale, as motion sees it
         scale = law(scale, **(JOB | {"descent": wall - at}), accel=accel, descent_accel=given, knob=knob)[0]
         if scale < 1.0 and started is None:
             started = wall - at
@@ -49,11 +50,14 @@ LEVEL_RAMP = (0, 0, 0), (10, 0, 0), (14, 3, 0), (20, 3, -1), (30, 3, -1)
 
 
 def test_where_the_path_goes_down():
-    assert chain(LEVEL_RAMP, accels=(100.0, 200.0, 300.0, 400.0)).descent() == (pytest.approx(15.0), pytest.approx((10 * 100 + 5 * 200) / 15))
+    assert chain(LEVEL_RAMP, accels=(100.0, 200.0, 300.0, 400.0)).descent() == (
+        pytest.approx(15.0),
+        pytest.approx((10 * 100 + 5 * 200) / 15),
+    )
     assert chain(LEVEL_RAMP[2:]).descent()[0] == 0.0
     assert chain(LEVEL_RAMP[:3]).descent()[0] == chain(LEVEL_RAMP[::-1]).descent()[0] == -1.0
     assert chain(LEVEL_RAMP, rapid=(3,)).descent()[0] == -1.0
-    assert chain(LEVEL_RAMP, stops=(2,)).descent()[0] == -1.0              # at rest before it
+    assert chain(LEVEL_RAMP, stops=(2,)).descent()[0] == -1.0  # at rest before it
     assert core.ProgrammedPath().descent()[0] == -1.0
     path = chain(LEVEL_RAMP)
     path.follow(1, 10.0, 4.0)

@@ -7,7 +7,21 @@ import numpy as np
 import pytest
 
 from chipwise.clib import core
-from support.feed_cases import OFF, LIMIT, CONSTANT, WINDOW, NOTHING, HERE, AHEAD, FLOOR, CEILING, FALLBACK, given, law, hostile
+from support.feed_cases import (
+    OFF,
+    LIMIT,
+    CONSTANT,
+    WINDOW,
+    NOTHING,
+    HERE,
+    AHEAD,
+    FLOOR,
+    CEILING,
+    FALLBACK,
+    given,
+    law,
+    hostile,
+)
 from support.random_cases import random_count, random_seed, write_replay
 
 
@@ -23,8 +37,8 @@ def test_lookahead():
     """v^2 = (Q/A)^2 + 2 (a/2) (d - two periods of travel): 1 + 500 x (0.5 - 0.02)."""
     assert law(ahead=[(0.15, 60.0)]) == (pytest.approx(math.sqrt(1 + 500 * 0.13) / 10), AHEAD)
     assert law(0.5, ahead=[(0.15, 60.0)])[0] == pytest.approx(math.sqrt(1 + 500 * 0.14) / 10)
-    assert law(ahead=[(0.5, 60.0)]) == (1.0, NOTHING)              # far enough to go on
-    assert law(ahead=[(0.0, 60.0)])[0] == pytest.approx(0.1)       # there already
+    assert law(ahead=[(0.5, 60.0)]) == (1.0, NOTHING)  # far enough to go on
+    assert law(ahead=[(0.0, 60.0)])[0] == pytest.approx(0.1)  # there already
     assert law(ahead=[(-3.0, 60.0)])[0] == pytest.approx(0.1)
     assert law(ahead=[(0.3, 7.0), (0.15, 60.0)])[0] == pytest.approx(math.sqrt(66) / 10)
 
@@ -36,7 +50,7 @@ def test_ahead_is_braked_in_time():
     for area, accel in ((12.0, 500.0), (30.0, 500.0), (60.0, 200.0)):
         wall, at, v, scale, started = 20.0, 0.0, 10.0, 1.0, None
         while at < wall:
-            asked = scale * 10.0            # last period's scale, as motion sees it
+            asked = scale * 10.0  # last period's scale, as motion sees it
             scale = law(scale, accel=accel, ahead=[(wall - at, area)])[0]
             if scale < 1.0 and started is None:
                 started = wall - at
@@ -61,23 +75,35 @@ def test_modes():
     assert law(kind=LIMIT, area=1.0, programmed=4.0, requested=10.0) == (pytest.approx(0.4), NOTHING)
     # 3: F stays while lower <= A F <= target
     window = dict(kind=WINDOW, lower=20.0, programmed=4.0)
-    assert law(area=8.0, **window) == (pytest.approx(0.4), NOTHING)             # 32 mm3/s
-    assert law(area=4.0, **window) == (pytest.approx(0.5), HERE)                # 20 / 4 = 5
-    assert law(area=20.0, **window) == (pytest.approx(0.3), HERE)               # 60 / 20 = 3
-    assert law(area=1.0, **window) == (1.0, CEILING)                            # 20 mm/s wanted
+    assert law(area=8.0, **window) == (pytest.approx(0.4), NOTHING)  # 32 mm3/s
+    assert law(area=4.0, **window) == (pytest.approx(0.5), HERE)  # 20 / 4 = 5
+    assert law(area=20.0, **window) == (pytest.approx(0.3), HERE)  # 60 / 20 = 3
+    assert law(area=1.0, **window) == (1.0, CEILING)  # 20 mm/s wanted
     assert law(area=0.0, **window)[0] == 1.0
 
 
 @pytest.mark.parametrize("kind", [OFF, 7, -1])
 def test_off_is_f_where_a_ceiling_is_left_over(kind):
-    """LinuxCNC still told 50 mm/s, the program's F 15: the machine is given 0.3, in arcs and probing too; else what the law says."""
+    """LinuxCNC still told 50 mm/s, the program's F 15: the machine is given 0.3, in arcs and probing too; else what the
+    law says."""
     left = dict(kind=kind, area=1000.0, programmed=15.0, requested=50.0)
     assert law(**left) == (1.0, NOTHING)
     for motion in (2, 3, 5):
         assert core.feed_override(given(**left, motion=motion, trusted=0), 1.0) == pytest.approx(0.3)
-    for other in (dict(motion=0), dict(motion=1), dict(motion=4), dict(programmed=0.0), dict(programmed=math.nan),
-                  dict(programmed=60.0), dict(programmed=50.0), dict(requested=0.0), dict(requested=math.inf),
-                  dict(programmed=-1.0), dict(programmed=math.inf), dict(requested=math.nan)):
+    for other in (
+        dict(motion=0),
+        dict(motion=1),
+        dict(motion=4),
+        dict(programmed=0.0),
+        dict(programmed=math.nan),
+        dict(programmed=60.0),
+        dict(programmed=50.0),
+        dict(requested=0.0),
+        dict(requested=math.inf),
+        dict(programmed=-1.0),
+        dict(programmed=math.inf),
+        dict(requested=math.nan),
+    ):
         assert core.feed_override(given(**{**left, **other}), 1.0) == 1.0, other
     for mode in (LIMIT, CONSTANT, WINDOW):
         assert core.feed_override(given(**{**left, "kind": mode}), 0.7) == 0.7
@@ -90,15 +116,30 @@ def test_only_feed_moves(motion):
 
 def test_floor():
     assert law(area=600.0, floor=0.5) == (pytest.approx(0.05), FLOOR)
-    assert law(area=12000.0, floor=0.0) == (pytest.approx(0.001), FLOOR)     # never stops
-    assert law(area=600.0, floor=50.0, programmed=5.0) == (pytest.approx(0.5), FLOOR)   # F at most
+    assert law(area=12000.0, floor=0.0) == (pytest.approx(0.001), FLOOR)  # never stops
+    assert law(area=600.0, floor=50.0, programmed=5.0) == (pytest.approx(0.5), FLOOR)  # F at most
 
 
-@pytest.mark.parametrize("bad", [
-    dict(trusted=0), dict(target=0.0), dict(target=-1.0), dict(target=math.nan), dict(target=math.inf),
-    dict(area=math.nan), dict(area=-1.0), dict(area=math.inf), dict(accel=0.0), dict(accel=math.nan),
-    dict(ahead=[(math.nan, 1.0)]), dict(ahead=[(1.0, math.inf)]),
-    dict(kind=WINDOW, lower=math.nan), dict(kind=WINDOW, lower=61.0), dict(kind=WINDOW, lower=-1.0)])
+@pytest.mark.parametrize(
+    "bad",
+    [
+        dict(trusted=0),
+        dict(target=0.0),
+        dict(target=-1.0),
+        dict(target=math.nan),
+        dict(target=math.inf),
+        dict(area=math.nan),
+        dict(area=-1.0),
+        dict(area=math.inf),
+        dict(accel=0.0),
+        dict(accel=math.nan),
+        dict(ahead=[(math.nan, 1.0)]),
+        dict(ahead=[(1.0, math.inf)]),
+        dict(kind=WINDOW, lower=math.nan),
+        dict(kind=WINDOW, lower=61.0),
+        dict(kind=WINDOW, lower=-1.0),
+    ],
+)
 def test_fallback_is_the_programmed_feed(bad):
     values = {"area": 12.0, "programmed": 4.0, **bad}
     assert law(**values) == (pytest.approx(0.4), FALLBACK)
@@ -142,11 +183,12 @@ def test_monotone():
 
 # --- limits beside the removal rate ------------------------------------------------------------
 
+
 def test_what_the_tool_stands():
     """The smaller of Q and the tool's rate: 60 and 24 mm3/s on 12 mm2 are 5 and 2 mm/s."""
     assert law(area=12.0, tool_target=24.0) == (pytest.approx(0.2), HERE)
     assert law(area=12.0, tool_target=90.0) == (pytest.approx(0.5), HERE)
-    assert law(area=12.0, tool_target=0.0) == (pytest.approx(0.5), HERE)        # unknown
+    assert law(area=12.0, tool_target=0.0) == (pytest.approx(0.5), HERE)  # unknown
     assert law(area=12.0, tool_target=math.nan, programmed=4.0) == (pytest.approx(0.4), FALLBACK)
     # a window that begins above what the tool stands: held at that, no fallback
     assert law(kind=WINDOW, lower=40.0, area=12.0, tool_target=24.0, programmed=1.0) == (pytest.approx(0.2), HERE)
@@ -157,7 +199,7 @@ def test_fastest_while_cutting():
     assert law(area=1.0, most=3.0) == (pytest.approx(0.3), CEILING)
     assert law(area=1.0, programmed=4.0, kind=CONSTANT, most_share=1.5) == (pytest.approx(0.6), CEILING)
     assert law(area=1.0, programmed=4.0, kind=CONSTANT, most_share=1.5, most=5.0)[0] == pytest.approx(0.5)
-    assert law(area=12.0, most=8.0) == (pytest.approx(0.5), HERE)               # the rate is the lower limit
+    assert law(area=12.0, most=8.0) == (pytest.approx(0.5), HERE)  # the rate is the lower limit
     assert law(area=0.0, most=3.0) == (1.0, NOTHING)
     assert law(area=0.0, most=3.0, ahead=[(0.0, 1.0)]) == (pytest.approx(0.3), AHEAD)
     assert law(area=0.0, most=3.0, ahead=[(0.07, 1.0)])[0] == pytest.approx(math.sqrt(9 + 500 * 0.05) / 10)
@@ -167,7 +209,7 @@ def test_fastest_while_cutting():
 def test_slowest_as_a_share():
     assert law(area=600.0, floor_share=0.25, programmed=4.0) == (pytest.approx(0.1), FLOOR)
     assert law(area=600.0, floor_share=0.25, floor=2.0, programmed=4.0) == (pytest.approx(0.2), FLOOR)
-    assert law(area=600.0, floor_share=7.0, programmed=4.0) == (pytest.approx(0.4), FLOOR)      # F at most
+    assert law(area=600.0, floor_share=7.0, programmed=4.0) == (pytest.approx(0.4), FLOOR)  # F at most
     assert law(area=600.0, floor=2.0, most=1.0) == (pytest.approx(0.1), FLOOR)  # never above the highest
 
 
@@ -187,7 +229,7 @@ def test_plunge():
     assert law(area=1.0, plunge=1.5, upward=-0.5) == (pytest.approx(0.3), CEILING)
     assert law(area=1.0, plunge=1.5, upward=0.5) == (1.0, NOTHING)
     assert law(area=1.0, plunge=1.5, upward=0.0) == (1.0, NOTHING)
-    assert law(area=0.0, plunge=1.5, upward=-1.0) == (1.0, NOTHING)             # in air
+    assert law(area=0.0, plunge=1.5, upward=-1.0) == (1.0, NOTHING)  # in air
     assert law(area=0.0, plunge=1.5, upward=-1.0, ahead=[(0.0, 1.0)]) == (pytest.approx(0.15), AHEAD)
     assert law(area=1.0, plunge=1.5, upward=math.nan) == (1.0, NOTHING)
     assert law(area=1.0, plunge=1.5, upward=-99.0)[0] == pytest.approx(0.15)

@@ -9,13 +9,23 @@ from support.feed_cases import CONSTANT, ODD, law
 
 
 def approach(law_knob, knob, jerk=0.0, law_jerk=0.0, area=30.0, accel=500.0, ceiling=60.0, wall=45.0):
-    """Rate over k Q where the load begins, of a machine that starts from rest `wall` mm before it: it goes at `knob` times what
-    a command, with half the acceleration and, if jerk > 0, with that bound on the jerk; mm, s."""
+    """Rate over k Q where the load begins, of a machine that starts from rest `wall` mm before it: it goes at `knob`
+    times what a command, with half the acceleration and, if jerk > 0, with that bound on the jerk; mm, s."""
     at, v, gain, scale = 0.0, 0.0, 0.0, 1.0
     while at < wall:
-        goal = knob * scale * ceiling                   # last period's scale, as motion sees it
-        scale = law(scale, kind=CONSTANT, requested=ceiling, programmed=10.0, accel=accel, knob=law_knob, jerk=law_jerk, speed=v,
-                    gain=gain, ahead=[(wall - at, area)])[0]
+        goal = knob * scale * ceiling  # last period's scale, as motion sees it
+        scale = law(
+            scale,
+            kind=CONSTANT,
+            requested=ceiling,
+            programmed=10.0,
+            accel=accel,
+            knob=law_knob,
+            jerk=law_jerk,
+            speed=v,
+            gain=gain,
+            ahead=[(wall - at, area)],
+        )[0]
         if jerk:
             wanted = math.copysign(min(math.sqrt(2 * jerk * abs(goal - v)), accel / 2), goal - v)
             gain += min(max(wanted - gain, -jerk * 0.001), jerk * 0.001)

@@ -33,15 +33,17 @@ def eased(scales, recover=0.0, deadband=0.0):
 
 def test_drops_pass_at_once_and_rises_climb():
     """500 mm/s2 in 1 ms at 10 mm/s: 0.05 a period."""
-    assert eased([0.5, 0.2, 0.4, 0.4, 0.4, 0.4, 0.4, 0.1], recover=500.0) == \
-        pytest.approx([0.5, 0.2, 0.25, 0.3, 0.35, 0.4, 0.4, 0.1])
+    assert eased([0.5, 0.2, 0.4, 0.4, 0.4, 0.4, 0.4, 0.1], recover=500.0) == pytest.approx(
+        [0.5, 0.2, 0.25, 0.3, 0.35, 0.4, 0.4, 0.1]
+    )
     assert eased([0.5, 0.2, 0.4]) == pytest.approx([0.5, 0.2, 0.4])
 
 
 def test_deadband_holds_rises_only():
     """10 %: a rise to 0.55 is held, one to 0.56 passes; the smallest drop passes."""
-    assert eased([0.5, 0.54, 0.549, 0.56, 0.559, 0.6, 0.62], deadband=0.1) == \
-        pytest.approx([0.5, 0.5, 0.5, 0.56, 0.559, 0.559, 0.62])
+    assert eased([0.5, 0.54, 0.549, 0.56, 0.559, 0.6, 0.62], deadband=0.1) == pytest.approx(
+        [0.5, 0.5, 0.5, 0.56, 0.559, 0.559, 0.62]
+    )
 
 
 def test_deadband_and_climb():
@@ -64,8 +66,11 @@ def test_easing_is_for_the_law_only():
     """Fallback, rapids and mode 0 go through as they are, and the next feed move starts anew."""
     easing = core.FeedEasing()
     low = core.FeedOut(0.1, HERE)
-    for values, law_now in ((given(), core.FeedOut(0.9, FALLBACK)), (given(motion=1), core.FeedOut(1.0, NOTHING)),
-                            (given(kind=OFF), core.FeedOut(1.0, NOTHING))):
+    for values, law_now in (
+        (given(), core.FeedOut(0.9, FALLBACK)),
+        (given(motion=1), core.FeedOut(1.0, NOTHING)),
+        (given(kind=OFF), core.FeedOut(1.0, NOTHING)),
+    ):
         assert core.ease(easing, given(), low, 1.0, 0.5).scale == pytest.approx(0.1)
         assert core.ease(easing, values, law_now, 1.0, 0.5).scale == law_now.scale
         assert core.ease(easing, given(), core.FeedOut(0.3, HERE), 1.0, 0.5).scale == pytest.approx(0.3)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The side force of round ends and cones in rows beside each other, level and on a slope, against the edges one by one in a stock without cells
+"""The side force of round ends and cones in rows beside each other, level and on a slope, against the edges one by one
+in a stock without cells
 (support/judge_force.py): the largest of a turn is there where an edge comes into the stock."""
+
 import math
 
 import numpy as np
@@ -12,12 +14,13 @@ from support.judge import Blank, Tool, ball
 
 MC = 0.25
 BOX = (-20.0, -20.0, -10.0), (20.0, 20.0, 0.0)
-LOW, HIGH = -0.05, 0.06         # error of one place, a share of the force; cells of a 16th to a 48th of the tool
-MEAN = 0.03                     # and of the mean of the places
+LOW, HIGH = -0.05, 0.06  # error of one place, a share of the force; cells of a 16th to a 48th of the tool
+MEAN = 0.03  # and of the mean of the places
 
 
 def errors(tool, cell, row, fall, edges=2, depth=3.0, count=4):
-    """Errors at random places and directions of a row that is `row` mm beside another one, down a slope whose sine is `fall`."""
+    """Errors at random places and directions of a row that is `row` mm beside another one, down a slope whose sine is
+    `fall`."""
     rng, found, level = np.random.default_rng(1), [], math.sqrt(1.0 - fall * fall)
     for _ in range(count):
         turn, place = rng.uniform(0.0, 2.0 * math.pi), rng.uniform(-1.0, 1.0, 2) * cell
@@ -29,7 +32,10 @@ def errors(tool, cell, row, fall, edges=2, depth=3.0, count=4):
         path = np.array([(*at(-8.0, -row), *at(8.0, -row)), (*at(-6.0, 0.0), *at(0.0, 0.0))])
         rows = judge_force.places(Blank.corners(*BOX), [tool], [edges], MC, path, np.zeros(2, np.int32), 0.45)
         back = rows[-1, 0] - np.linalg.norm(path[:, 3:] - path[:, :3], axis=1).sum()
-        stock, cutter = core.Stock(*BOX, cell), core.Tool(tool.diameter, tool.corner, tool.angle).limit(force_weight=1.0, exponent=MC, edges=edges)
+        stock, cutter = (
+            core.Stock(*BOX, cell),
+            core.Tool(tool.diameter, tool.corner, tool.angle).limit(force_weight=1.0, exponent=MC, edges=edges),
+        )
         core.Cutter(stock, cutter, at(-8.0, -row)).to(at(8.0, -row))
         force, _mean = stock.side_force(cutter, at(back * level, 0.0), (level * c, level * s, -fall), core.UNCUT)
         found.append(layout.FORCE_RADIAL * force / rows[-1, 1] - 1.0)
@@ -37,7 +43,9 @@ def errors(tool, cell, row, fall, edges=2, depth=3.0, count=4):
 
 
 @pytest.mark.parametrize("fall", [0.002, 0.1, -0.1, 0.3])
-@pytest.mark.parametrize("tool, cell", [(ball(3.175), 0.1), (Tool(6.0, 0.5, 20.0), 0.125), (Tool(12.7, 0.0, 60.0), 0.25)])
+@pytest.mark.parametrize(
+    "tool, cell", [(ball(3.175), 0.1), (Tool(6.0, 0.5, 20.0), 0.125), (Tool(12.7, 0.0, 60.0), 0.25)]
+)
 def test_rows(tool, cell, fall):
     for row in (0.5, 1.0):
         found = errors(tool, cell, row, fall)

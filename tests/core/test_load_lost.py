@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A load that is lost in the middle of a cut: when it counts as lost and found (load_watch.h), and the feed meanwhile (feed_hold.h)."""
+"""A load that is lost in the middle of a cut: when it counts as lost and found (load_watch.h), and the feed meanwhile
+(feed_hold.h)."""
 
 import numpy as np
 import pytest
@@ -19,13 +20,20 @@ class Watched:
         self.watch = core.LoadWatch()
 
     def __call__(self, ready, unwatched=False, number=1, tool=TOOL, stock=False, decided=False):
-        values = core.LoadWatchIn(is_ready=ready, is_unwatched=unwatched, stock_changes=stock, is_decided=decided, tool_in_spindle_number=number)
+        values = core.LoadWatchIn(
+            is_ready=ready,
+            is_unwatched=unwatched,
+            stock_changes=stock,
+            is_decided=decided,
+            tool_in_spindle_number=number,
+        )
         values.tool_mu[:] = tool
         return core.load_is_lost(self.watch, values)
 
 
 def test_lost_and_found():
-    """Nothing is lost that was not known; what was is lost until it is known again, and so it is with an unchanged tool that nobody followed."""
+    """Nothing is lost that was not known; what was is lost until it is known again, and so it is with an unchanged tool
+    that nobody followed."""
     load = Watched()
     assert not load(False) and not load(False, unwatched=True) and not load(True)
     assert load(False) and load(False) and not load(True)
@@ -39,7 +47,9 @@ def test_a_followed_tool_change_is_none():
     assert load(False, number=8) and not load(True, number=8, tool=(12.0, 0.0, 0.0, 30.0))
 
 
-@pytest.mark.parametrize("change", [dict(number=8), dict(tool=(12.0, 0.0, 0.0, 20.0)), dict(tool=(6.0, 0.0, 0.0, 0.0)), dict(stock=True)])
+@pytest.mark.parametrize(
+    "change", [dict(number=8), dict(tool=(12.0, 0.0, 0.0, 20.0)), dict(tool=(6.0, 0.0, 0.0, 0.0)), dict(stock=True)]
+)
 def test_another_tool_or_stock_that_nobody_followed(change):
     """It stays lost, ready or not, until somebody decides; then what is there counts."""
     load = Watched()
@@ -54,7 +64,12 @@ def test_another_tool_or_stock_that_nobody_followed(change):
 def test_a_decision_while_it_is_lost():
     load = Watched()
     load(True)
-    assert load(False, unwatched=True) and not load(False, unwatched=True, decided=True) and not load(False) and not load(True)
+    assert (
+        load(False, unwatched=True)
+        and not load(False, unwatched=True, decided=True)
+        and not load(False)
+        and not load(True)
+    )
 
 
 class Feed:
@@ -69,7 +84,8 @@ class Feed:
 
 
 def test_held_in_the_stock():
-    """Override and velocity stay at most what they were, also with another requested velocity; they may fall; then the law counts."""
+    """Override and velocity stay at most what they were, also with another requested velocity; they may fall; then the
+    law counts."""
     feed = Feed()
     assert feed(0.3).scale == 0.3 and feed(0.2).scale == 0.2
     held = feed(0.4, lost=True, limit=FALLBACK)

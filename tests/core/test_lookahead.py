@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The look-ahead: prediction of straight, arc and helix; stock seen in time; the worst case
 beyond what is known; numbers always."""
+
 import math
 
 import numpy as np
@@ -10,7 +11,7 @@ from chipwise.clib import core
 from support.random_cases import random_count, random_seed, write_replay
 
 CELL, STEP, PERIOD = 0.25, 0.02, 0.001
-SPACING = 2.0 * CELL                # between samples (lookahead.h)
+SPACING = 2.0 * CELL  # between samples (lookahead.h)
 LOAD_STEPS = 8
 # An edge of the stock may be reported this much too near or too far: the detour of a reading
 # clear of the cut does not count for stations ahead; a sample spacing, and one cell of interpolation.
@@ -65,12 +66,12 @@ def test_a_wall_is_seen_in_time(angle):
     seen = []
     for tip, profile in zip(path[1:], drive(core.Lookahead(box, tool), path, 10.0)):
         pairs = sound(profile)
-        true = -(tip[:2] @ u) - 3.0         # travel until the front touches the plane
+        true = -(tip[:2] @ u) - 3.0  # travel until the front touches the plane
         if true > 8.0 - 3.0:
             continue
         announced = next((d for d, area in pairs if area > 0.2), None)
         assert announced is not None and announced <= true + LATE
-        if len(seen) > 30:                  # the first periods know the first samples only
+        if len(seen) > 30:  # the first periods know the first samples only
             assert announced >= true - EARLY
             assert max(area for _, area in pairs) >= 12.0 * 0.97
         seen.append(announced)
@@ -87,7 +88,7 @@ def test_load_steps_rise_with_the_entry():
     assert len(pairs) >= 3
     tip = path[-1][0]
     for s in np.arange(0.0, 11.0, 0.1):
-        x = tip + s + 3.0                   # the foremost point
+        x = tip + s + 3.0  # the foremost point
         chord = 2 * math.sqrt(max(0.0, 9 - max(0.0, 3 - x) ** 2)) if x > 0 else 0.0
         allowed = max((area for distance, area in pairs if distance <= s), default=0.0)
         assert allowed >= 2.0 * chord * 0.97 - 1e-6, f"{s} mm ahead: {2 * chord} mm2, told {allowed}"
@@ -103,8 +104,7 @@ def test_arc_and_helix_are_followed(radius, ccw, slope):
     step = STEP
     count = round(0.42 * 2 * math.pi * radius / step)
     phi = ccw * np.arange(count + 1) * step / radius
-    path = np.column_stack([radius * np.cos(phi), radius * np.sin(phi),
-                           -1.5 - slope * step * np.arange(count + 1)])
+    path = np.column_stack([radius * np.cos(phi), radius * np.sin(phi), -1.5 - slope * step * np.arange(count + 1)])
     lookahead, cutter = core.Lookahead(box, tool), core.Cutter(box, tool, path[0])
     level = 1 / math.hypot(1, slope)
     restarts, last, errors = 0, -1.0, []
@@ -134,11 +134,11 @@ def test_corner_starts_over():
 
 
 def met_behind(corner, first, then, tip, box, radius, depth):
-    """Area of a flat tool at `tip` behind a corner, from the box and the path alone: the front's points that lie in the box
-    and further than a radius from the segment cut before (unit vectors `first`, `then`), mm2."""
+    """Area of a flat tool at `tip` behind a corner, from the box and the path alone: the front's points that lie in the
+    box and further than a radius from the segment cut before (unit vectors `first`, `then`), mm2."""
     side = np.linspace(-radius, radius, 40001)
     side = 0.5 * (side[1:] + side[:-1])
-    lookahead = np.sqrt(radius ** 2 - side ** 2)
+    lookahead = np.sqrt(radius**2 - side**2)
     x = tip[0] + then[0] * lookahead - then[1] * side
     y = tip[1] + then[1] * lookahead + then[0] * side
     along = np.minimum((x - corner[0]) * first[0] + (y - corner[1]) * first[1], 0.0)
@@ -149,14 +149,16 @@ def met_behind(corner, first, then, tip, box, radius, depth):
 
 @pytest.mark.parametrize("turn", [25.0, 40.0, 60.0])
 def test_behind_a_corner_at_the_rim(turn):
-    """Round a corner the places ahead are read again, and no further away than what has been cut makes necessary: the rim of
-    the box a millimetre or two on is not met early."""
+    """Round a corner the places ahead are read again, and no further away than what has been cut makes necessary: the
+    rim of the box a millimetre or two on is not met early."""
     radius, depth, corner = 6.35, 3.175, np.array([70.63, 1.2])
     box, tool = stock((0, 0, -15), (78.25, 51.18, 0)), core.Tool(2.0 * radius)
     first = np.array([math.cos(0.075), math.sin(0.075)])
     then = np.array([math.cos(0.075 + math.radians(turn)), math.sin(0.075 + math.radians(turn))])
-    segments = [core.line((*(corner - 25.0 * first), -depth), (*corner, -depth)),
-              core.line((*corner, -depth), (*(corner + 9.0 * then), -depth))]
+    segments = [
+        core.line((*(corner - 25.0 * first), -depth), (*corner, -depth)),
+        core.line((*corner, -depth), (*(corner + 9.0 * then), -depth)),
+    ]
     lookahead = core.Lookahead(box, tool)
     path, tip = lookahead.path, (*(corner - 25.0 * first), -depth)
     cutter, off = core.Cutter(box, tool, tip), []
@@ -170,9 +172,11 @@ def test_behind_a_corner_at_the_rim(turn):
             cutter.to(now)
             lookahead.step(tip, now, PERIOD, 6.0, 300)
             tip = now
-            if n and 1.0 < s < 6.0:             # a cell to and fro: so far the cells smear a rim
-                true = [met_behind(corner, first, then, now[:2] + d * unit, (0, 0, 78.25, 51.18), radius, depth)
-                        for d in (-CELL, 0.0, CELL)]
+            if n and 1.0 < s < 6.0:  # a cell to and fro: so far the cells smear a rim
+                true = [
+                    met_behind(corner, first, then, now[:2] + d * unit, (0, 0, 78.25, 51.18), radius, depth)
+                    for d in (-CELL, 0.0, CELL)
+                ]
                 told = lookahead.profile(6.0).area
                 off.append(max(min(true) / told - 1.0, told / max(true) - 1.0))
     assert max(off) < 0.02, max(off)
@@ -181,16 +185,16 @@ def test_behind_a_corner_at_the_rim(turn):
 @pytest.mark.parametrize("bite", [0.4, 0.9])
 @pytest.mark.parametrize("phase", [0.0, 0.06, 0.12, 0.18])
 def test_a_light_cut_leaves_the_stock(bite, phase):
-    """The load of a light cut falls at the rim at once; cells smear that over its last half millimetre. What the feed law gets
-    stays within 2 % of the truth over 10 periods."""
+    """The load of a light cut falls at the rim at once; cells smear that over its last half millimetre. What the feed
+    law gets stays within 2 % of the truth over 10 periods."""
     radius, depth, end, step = 4.0, 7.5, 20.0 + phase, 0.03
     box, tool = stock((0, 0, -10), (end, 30, 0)), core.Tool(2.0 * radius)
-    core.Cutter(box, tool, (-8, 5.0, -depth)).to((30, 5.0, -depth))        # the wall before: Y 9
+    core.Cutter(box, tool, (-8, 5.0, -depth)).to((30, 5.0, -depth))  # the wall before: Y 9
     y, lookahead = 5.0 + bite, core.Lookahead(box, tool)
     tip, segment = (-8.0, y, -depth), core.line((-8.0, y, -depth), (30.0, y, -depth))
     path, cutter, low = lookahead.path, core.Cutter(box, tool, tip), []
     side = np.linspace(-radius, radius, 20001)
-    front = np.sqrt(np.maximum(radius ** 2 - side ** 2, 0.0))
+    front = np.sqrt(np.maximum(radius**2 - side**2, 0.0))
     for s in np.arange(step, 29.0, step):
         path.follow(0, segment.length, s)
         if path.c.count == 0:
@@ -201,15 +205,19 @@ def test_a_light_cut_leaves_the_stock(bite, phase):
         tip = now
         if s > 15.0:
             met = (side + y > 9.0) & (now[0] + front < end)
-            low.append(float(met.mean()) * 2.0 * radius * depth / max(lookahead.profile(6.0).step[0].area, 0.05 * bite * depth))
+            low.append(
+                float(met.mean()) * 2.0 * radius * depth / max(lookahead.profile(6.0).step[0].area, 0.05 * bite * depth)
+            )
     worst = np.convolve(low, np.full(10, 0.1), "valid").max()
     assert worst < 1.02, worst
 
 
-@pytest.mark.parametrize("shape, full", [((6.35, 0.0, 118.0), 31.67), ((6.35, 0.0, 0.0), 31.67), ((6.0, 3.0, 0.0), 28.27)])
+@pytest.mark.parametrize(
+    "shape, full", [((6.35, 0.0, 118.0), 31.67), ((6.35, 0.0, 0.0), 31.67), ((6.0, 3.0, 0.0), 28.27)]
+)
 def test_a_hole_is_entered_again(shape, full):
-    """The end of a drill meets the bottom of its own hole all over at once: its load is reckoned with there and no later; and
-    that of a flat end, whose place is known, not from further than it takes to brake."""
+    """The end of a drill meets the bottom of its own hole all over at once: its load is reckoned with there and no
+    later; and that of a flat end, whose place is known, not from further than it takes to brake."""
     box, tool = stock((-10, -10, -15), (10, 10, 0)), core.Tool(*shape)
     lookahead = core.Lookahead(box, tool)
     path, tip = lookahead.path, (0.3, 0.2, 2.0)
@@ -232,8 +240,8 @@ def test_a_hole_is_entered_again(shape, full):
 
 
 def test_a_blended_corner_is_no_peak():
-    """The last corner of a zigzag in the third depth, with a blend of 0.12 mm: the load rises and falls with the direction, and
-    not much more is reckoned with than a slot of this depth has."""
+    """The last corner of a zigzag in the third depth, with a blend of 0.12 mm: the load rises and falls with the
+    direction, and not much more is reckoned with than a slot of this depth has."""
     radius, step, blend, depth = 3.175, 2.7, 0.12, 2.17
     box, tool = stock((-30, -30, -10), (30, 30, 0)), core.Tool(2.0 * radius)
     paths = [((-20, -step), (20, -step)), ((20, -step), (20, 0)), ((20, 0), (-20, 0)), ((20, 0), (20, step))]
@@ -241,8 +249,11 @@ def test_a_blended_corner_is_no_peak():
         for start, end in paths[:count]:
             core.Cutter(box, tool, (*start, -level * depth)).to((*end, -level * depth))
     z = -3.0 * depth
-    segments = [core.line((-20, 0, z), (20 - blend, 0, z)), core.arc((20 - blend, blend), (20 - blend, 0, z), math.pi / 2),
-              core.line((20, blend, z), (20, step, z))]
+    segments = [
+        core.line((-20, 0, z), (20 - blend, 0, z)),
+        core.arc((20 - blend, blend), (20 - blend, 0, z), math.pi / 2),
+        core.line((20, blend, z), (20, step, z)),
+    ]
     lookahead = core.Lookahead(box, tool)
     path, tip = lookahead.path, (-20.0, 0.0, z)
     cutter, told = core.Cutter(box, tool, tip), []
@@ -269,10 +280,10 @@ def test_unknown_is_the_worst():
     distance, area = sound(profile)[-1]
     assert area == pytest.approx(12.0)
     assert 0.0 < distance <= 3 * SPACING
-    for _ in range(40):                     # at rest: samples go on until the horizon
+    for _ in range(40):  # at rest: samples go on until the horizon
         lookahead.step((-15 + STEP, 0, -2), (-15 + STEP, 0, -2), PERIOD, 10.0, 80)
     assert lookahead.profile(10.0).area == 0.0
-    assert sound(lookahead.profile(10.0)) == [(0.0, 0.0)]      # the wall is 12 mm away
+    assert sound(lookahead.profile(10.0)) == [(0.0, 0.0)]  # the wall is 12 mm away
 
 
 def test_nothing_known_is_no_load():
@@ -295,7 +306,9 @@ def test_random_walk():
             slope = random.choice([0.0, 0.0, -0.2, 0.1])
             points.append(points[-1] + step * np.array([math.cos(heading), math.sin(heading), slope]))
         try:
-            for profile in drive(lookahead, points, float(random.uniform(0.0, 30.0)), int(random.integers(0, 9)), cutter):
+            for profile in drive(
+                lookahead, points, float(random.uniform(0.0, 30.0)), int(random.integers(0, 9)), cutter
+            ):
                 sound(profile)
         except AssertionError as wrong:
             path = write_replay("ahead_walk", {"tool": shape, "points": np.array(points).tolist()})
@@ -313,8 +326,11 @@ def least_share_at_a_blend(rng, cell):
     cut_off = radius * math.tan(0.5 * bend)
     first, begin = corner - 5.0 * along, corner - cut_off * along
     lengths = (5.0 - cut_off, radius * bend, 4.0)
-    pieces = (core.line([*first, -depth], [*begin, -depth]), core.arc(begin + radius * side, [*begin, -depth], bend),
-              core.line([*(corner + [cut_off, 0.0]), -depth], [*(corner + [cut_off + 4.0, 0.0]), -depth]))
+    pieces = (
+        core.line([*first, -depth], [*begin, -depth]),
+        core.arc(begin + radius * side, [*begin, -depth], bend),
+        core.line([*(corner + [cut_off, 0.0]), -depth], [*(corner + [cut_off + 4.0, 0.0]), -depth]),
+    )
     lookahead.path.follow(1, lengths[0], 0.0)
     for key, piece in enumerate(pieces, 1):
         lookahead.path.append(key, piece)
@@ -336,8 +352,8 @@ def least_share_at_a_blend(rng, cell):
 
 @pytest.mark.parametrize("cell", [0.1, 0.25])
 def test_the_peak_where_a_blend_begins(cell):
-    """Into the side of a block at a small angle, then along it: the load is largest where the blend arc begins, falls within it, and
-    is not passed over between two samples (only 84 % of it was in the profile at worst)."""
+    """Into the side of a block at a small angle, then along it: the load is largest where the blend arc begins, falls
+    within it, and is not passed over between two samples (only 84 % of it was in the profile at worst)."""
     seed = random_seed()
     for case in range(random_count(20)):
         share = least_share_at_a_blend(np.random.default_rng([seed, case]), cell)

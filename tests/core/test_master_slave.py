@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Master and slave (slave.h): lag, packets that are lost, doubled, late or wrong, pulses, scaling.  Millions of periods
 through a bad channel: test_slave.c."""
+
 import ctypes as C
 import math
 
@@ -11,8 +12,15 @@ from chipwise.clib import core, layout
 from support.random_cases import random_count, random_seed
 
 STATE, FAULT = layout.SlaveState, layout.SlaveFault
-SETTINGS = dict(scale_numerator=(1, 1, 1), scale_divisor=(1, 1, 1), most_counts=30, catch_up_counts=3, max_behind_counts=1000, silence_periods=10,
-                tick_count=40)
+SETTINGS = dict(
+    scale_numerator=(1, 1, 1),
+    scale_divisor=(1, 1, 1),
+    most_counts=30,
+    catch_up_counts=3,
+    max_behind_counts=1000,
+    silence_periods=10,
+    tick_count=40,
+)
 
 
 class Master:
@@ -24,7 +32,9 @@ class Master:
 
     def at(self, position, counts_per_mm=(100.0,) * 3):
         """-> packet of this period; position in mm"""
-        core.library().chip_master_step(C.byref(self.master), (C.c_double * 3)(*position), (C.c_double * 3)(*counts_per_mm))
+        core.library().chip_master_step(
+            C.byref(self.master), (C.c_double * 3)(*position), (C.c_double * 3)(*counts_per_mm)
+        )
         return layout.Packet.from_buffer_copy(self.master.packet)
 
 
@@ -128,7 +138,7 @@ def test_a_dead_master_stops_it():
     assert slave.slave.state_number == STATE.DEAD and slave.slave.fault_number == FAULT.NO_MASTER
     assert slave.step(master.at((5, 0, 0))) == [0, 0, 0]
     slave.step(packet, 0)
-    slave.step(master.at((6, 0, 0)))                        # enabled again: where the master is now is the zero
+    slave.step(master.at((6, 0, 0)))  # enabled again: where the master is now is the zero
     assert slave.step(master.at((6.1, 0, 0)))[0] == 10 and slave.position[0] == 20
     for periods in (1, 3, 50):
         master, slave = pair(silence_periods=periods)
@@ -158,8 +168,11 @@ def test_too_much_missing_is_a_fault():
 
 
 def test_the_slaves_own_acceleration():
-    """A packet that claims 95,000 counts moves it by max-change more in each period; an honest master is followed to the count, losses included."""
-    master, slave = pair(most_counts=100000, change_counts=50, catch_up_counts=1000, max_behind_counts=100000, tick_count=0)
+    """A packet that claims 95,000 counts moves it by max-change more in each period; an honest master is followed to
+    the count, losses included."""
+    master, slave = pair(
+        most_counts=100000, change_counts=50, catch_up_counts=1000, max_behind_counts=100000, tick_count=0
+    )
     packet = master.at((0.2, 0, 0))
     assert slave.step(packet)[0] == 20
     packet.sequence_number += 1000
@@ -168,7 +181,9 @@ def test_the_slaves_own_acceleration():
     done = [slave.step(packet)[0] for _ in range(5)]
     assert done[0] == 70 and all(b - a <= 50 for a, b in zip(done, done[1:]))
     for lost in (0, 7):
-        master, slave = pair(most_counts=100000, change_counts=50, catch_up_counts=1000, max_behind_counts=100000, tick_count=0)
+        master, slave = pair(
+            most_counts=100000, change_counts=50, catch_up_counts=1000, max_behind_counts=100000, tick_count=0
+        )
         x = v = 0.0
         for k in range(400):
             v = min(v + 0.4, 15.0) if k < 200 else max(v - 0.4, -15.0)
@@ -184,7 +199,9 @@ def test_the_slaves_own_acceleration():
 
 
 def test_a_reversal_brakes_first():
-    master, slave = pair(most_counts=100000, change_counts=50, catch_up_counts=100000, max_behind_counts=10000000, tick_count=0)
+    master, slave = pair(
+        most_counts=100000, change_counts=50, catch_up_counts=100000, max_behind_counts=10000000, tick_count=0
+    )
     for k in range(1, 100):
         slave.step(master.at((0.4 * k * (k + 1) / 2, 0, 0)))
     packet, done = master.at((-5000.0, 0, 0)), []
@@ -207,7 +224,8 @@ def test_scale_and_mirror():
 
 
 def test_pulses_are_even():
-    """n pulses in 40 parts: exactly n, and no two gaps differ by more than one part, over the borders of periods too."""
+    """n pulses in 40 parts: exactly n, and no two gaps differ by more than one part, over the borders of periods
+    too."""
     for n in (0, 1, 3, 7, 10, 13, 20, 29, -1, -7, -30):
         master, slave = pair()
         seen = []
@@ -241,8 +259,15 @@ def test_a_master_without_a_position_sends_nothing(value):
 
 
 def test_settings_that_cannot_be():
-    for name, value in (("scale_numerator", (0, 1, 1)), ("scale_divisor", (1, 0, 1)), ("most_counts", 0), ("catch_up_counts", 31), ("silence_periods", 0),
-                        ("tick_count", 30), ("max_behind_counts", 0)):
+    for name, value in (
+        ("scale_numerator", (0, 1, 1)),
+        ("scale_divisor", (1, 0, 1)),
+        ("most_counts", 0),
+        ("catch_up_counts", 31),
+        ("silence_periods", 0),
+        ("tick_count", 30),
+        ("max_behind_counts", 0),
+    ):
         master = Master()
         slave = Slave(master.at((0, 0, 0)), **{name: value})
         assert slave.step(master.at((1, 1, 1))) == [0, 0, 0]

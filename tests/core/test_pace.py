@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Feeds above the stock as fast as the axes: where the path comes down the tool has the speed of the move there (path_pace.h; feed.h, 14)."""
+"""Feeds above the stock as fast as the axes: where the path comes down the tool has the speed of the move there
+(path_pace.h; feed.h, 14)."""
 
 import math
 import random
@@ -20,7 +21,7 @@ def place(path, **asked):
     return found.distance, found.vel, found.accel
 
 
-OVER = [(0, 0, 10), (40, 0, 10), (40, 0, -2), (70, 0, -2)]      # across above, down, along
+OVER = [(0, 0, 10), (40, 0, 10), (40, 0, -2), (70, 0, -2)]  # across above, down, along
 
 
 def test_where_it_comes_down():
@@ -33,16 +34,16 @@ def test_where_it_comes_down():
     assert place(path) == pytest.approx((0.0, 5.0, 0.0))
     path.follow(3, 30.0, 1.0)
     assert place(path) == pytest.approx((0.0, CEIL * 20.0, 0.0))
-    assert place(chain([(0, 0, -2), (1, 0, 9), (50, 0, 9)], (5.0, 5.0)))[1] == 10.0        # up is not down,
-    assert place(chain([(0, 0, -2), (0, 0, 9), (50, 0, 9)], (5.0, 5.0)))[0] == NONE        # and straight up nothing is cut
+    assert place(chain([(0, 0, -2), (1, 0, 9), (50, 0, 9)], (5.0, 5.0)))[1] == 10.0  # up is not down,
+    assert place(chain([(0, 0, -2), (0, 0, 9), (50, 0, 9)], (5.0, 5.0)))[0] == NONE  # and straight up nothing is cut
 
 
 def test_what_limits_nothing():
     assert place(chain(OVER[:2], (20.0,)))[0] == NONE
-    assert place(chain([(0, 0, CLEAR), (40, 0, CLEAR)], (20.0,)))[0] == NONE          # a retract plane at the clearance
+    assert place(chain([(0, 0, CLEAR), (40, 0, CLEAR)], (20.0,)))[0] == NONE  # a retract plane at the clearance
     assert place(chain(OVER, (20.0, 5.0, 20.0), rapid=(2, 3)))[0] == NONE
-    assert place(chain(OVER, (20.0, 5.0, 20.0), stops=(1,)))[0] == NONE               # at rest before it
-    assert place(chain(OVER, (0.0, 0.0, 0.0)))[0] == NONE                             # the planner has F itself
+    assert place(chain(OVER, (20.0, 5.0, 20.0), stops=(1,)))[0] == NONE  # at rest before it
+    assert place(chain(OVER, (0.0, 0.0, 0.0)))[0] == NONE  # the planner has F itself
     assert place(core.ProgrammedPath())[0] == UNKNOWN
     for odd in (math.nan, math.inf, 0.5):
         assert chain(OVER, (20.0, 5.0, 20.0)).pace(CLEAR, odd).distance == UNKNOWN
@@ -70,12 +71,18 @@ JOB = dict(kind=CONSTANT, programmed=20.0, requested=AXES, keeps=1, descent=-1.0
 
 
 def test_the_law():
-    assert law(**JOB, pace=NONE) == (1.0, CEILING) and law(**JOB, pace=NONE, upward=-1.0)[0] == 1.0        # down, above the stock
-    assert law(**JOB, pace=0.0, pace_vel=40.0)[0] == pytest.approx(0.4) and law(**JOB, pace=0.0, pace_vel=5.0, upward=-1.0)[0] == pytest.approx(0.05)
+    assert (
+        law(**JOB, pace=NONE) == (1.0, CEILING) and law(**JOB, pace=NONE, upward=-1.0)[0] == 1.0
+    )  # down, above the stock
+    assert law(**JOB, pace=0.0, pace_vel=40.0)[0] == pytest.approx(0.4) and law(
+        **JOB, pace=0.0, pace_vel=5.0, upward=-1.0
+    )[0] == pytest.approx(0.05)
     assert law(**(JOB | dict(air_free=0)), pace=0.0, pace_vel=5.0)[0] == 1.0
     for odd in (UNKNOWN, math.nan, math.inf, -math.inf):
-        assert law(**JOB, pace=odd)[0] == pytest.approx(0.4) and law(**JOB, pace=odd, upward=-1.0)[0] == pytest.approx(0.2)
-    assert law(**(JOB | dict(trusted=0)), pace=NONE)[0] == pytest.approx(0.2)                              # an unknown tool: F
+        assert law(**JOB, pace=odd)[0] == pytest.approx(0.4) and law(**JOB, pace=odd, upward=-1.0)[0] == pytest.approx(
+            0.2
+        )
+    assert law(**(JOB | dict(trusted=0)), pace=NONE)[0] == pytest.approx(0.2)  # an unknown tool: F
     for ceiling in (0.0, math.nan, -1.0):
         assert law(**(JOB | dict(ceiling=ceiling)), pace=UNKNOWN)[0] == pytest.approx(0.2)
 
@@ -94,7 +101,8 @@ def random_path(rng):
 
 
 def most_over(points, feeds, knob):
-    """(largest velocity over what is allowed there, mm/s; seconds; seconds at F) of a tool that the law drives and the planner brakes."""
+    """(largest velocity over what is allowed there, mm/s; seconds; seconds at F) of a tool that the law drives and the
+    planner brakes."""
     path, lengths = chain(points, feeds), [math.dist(*pair) for pair in zip(points, points[1:])]
     n, at, v, scale, worst, seconds = 0, 0.0, 0.0, 0.0, -math.inf, 0.0
     while n < len(feeds):
@@ -104,8 +112,17 @@ def most_over(points, feeds, knob):
         tip, upward = z0 + (z1 - z0) * at / lengths[n], (z1 - z0) / lengths[n]
         if tip < CLEAR - 0.01 and upward < 0.999:
             worst = max(worst, v - knob * feeds[n] * (1.0 if upward < -1e-4 else CEIL))
-        goal = knob * scale * AXES                      # last period's scale, as motion sees it
-        scale = law(scale, **(JOB | dict(programmed=feeds[n])), upward=upward, accel=ACCEL, knob=knob, pace=pace.distance, pace_vel=pace.vel, pace_accel=pace.accel)[0]
+        goal = knob * scale * AXES  # last period's scale, as motion sees it
+        scale = law(
+            scale,
+            **(JOB | dict(programmed=feeds[n])),
+            upward=upward,
+            accel=ACCEL,
+            knob=knob,
+            pace=pace.distance,
+            pace_vel=pace.vel,
+            pace_accel=pace.accel,
+        )[0]
         v = max(goal, v - ACCEL * DT) if v > goal else min(goal, v + ACCEL * DT)
         at, seconds = at + v * DT, seconds + DT
         while n < len(feeds) and at >= lengths[n]:
@@ -115,7 +132,8 @@ def most_over(points, feeds, knob):
 
 @pytest.mark.parametrize("knob", [0.5, 1.0, 1.3])
 def test_no_place_is_passed_too_fast(knob):
-    """Random paths: below the clearance never above F down and the ceiling otherwise, but for two periods of braking; and faster than F in all."""
+    """Random paths: below the clearance never above F down and the ceiling otherwise, but for two periods of braking;
+    and faster than F in all."""
     rng = random.Random(f"pace {knob}")
     worst, took, at_f = zip(*(most_over(*random_path(rng), knob) for _ in range(12)))
     assert max(worst) <= 2 * ACCEL * DT and sum(took) < 0.7 * sum(at_f)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The program's path ahead: a chain of lines, arcs and helices (components/core/path.c), and what the look-ahead makes of it."""
+"""The program's path ahead: a chain of lines, arcs and helices (components/core/path.c), and what the look-ahead makes
+of it."""
 
 import math
 import random
@@ -62,8 +63,8 @@ def random_chain(generator, count):
 
 
 def walk(chain):
-    """Follow a chain as the reader of the planner does: a few segments known lookahead, the last one taken back and read
-    again in every step; every place must be on the segment it belongs to."""
+    """Follow a chain as the reader of the planner does: a few segments known lookahead, the last one taken back and
+    read again in every step; every place must be on the segment it belongs to."""
     path, begin = core.ProgrammedPath(), 0.0
     known = 0
     for n, (start, end, segment) in enumerate(chain):
@@ -87,12 +88,12 @@ def walk(chain):
 def test_random_chains():
     seed = random_seed()
     for case in range(random_count(40)):
-        generator = random.Random(f'{seed}/{case}')
+        generator = random.Random(f"{seed}/{case}")
         try:
             walk(random_chain(generator, generator.randint(1, 30)))
         except AssertionError as error:
-            path = write_replay('path', {'seed': seed, 'case': case})
-            pytest.fail(f'chain {case} of seed {seed}: {error}; {path}')
+            path = write_replay("path", {"seed": seed, "case": case})
+            pytest.fail(f"chain {case} of seed {seed}: {error}; {path}")
 
 
 def test_another_chain_starts_anew():
@@ -104,11 +105,11 @@ def test_another_chain_starts_anew():
     path.c.new_chain = 0
     path.follow(7, first.length, 2.0)
     assert (path.c.new_chain, path.c.s) == (0, 2.0)
-    path.follow(9, other.length, 0.5)            # never heard of: aborted, or read too late
+    path.follow(9, other.length, 0.5)  # never heard of: aborted, or read too late
     assert (path.c.new_chain, path.c.count, path.c.s) == (1, 0, 0.5)
     path.append(9, other)
     path.c.new_chain = 0
-    path.follow(9, other.length - 0.1, 0.6)      # the planner has changed it
+    path.follow(9, other.length - 0.1, 0.6)  # the planner has changed it
     assert path.c.new_chain == 1
 
 
@@ -140,8 +141,12 @@ def drive(stock, tool, segments, follow):
             now = ends_at(segment, s)
             removed = cutter.to(now)
             lookahead.step(before, now, 0.001, 12.0)
-            told.append([(step.distance, step.area) for step in
-                         (lookahead.profile(12.0).step[i] for i in range(lookahead.profile(12.0).steps))])
+            told.append(
+                [
+                    (step.distance, step.area)
+                    for step in (lookahead.profile(12.0).step[i] for i in range(lookahead.profile(12.0).steps))
+                ]
+            )
             true.append(removed / step)
             before = now
         begin += segment.length
@@ -155,7 +160,7 @@ def ends_at(segment, s):
     return path.at(s)[0]
 
 
-@pytest.mark.parametrize('follow', [True, False])
+@pytest.mark.parametrize("follow", [True, False])
 def test_an_arc_into_the_stock_is_announced(follow):
     """A line beside the stock, then an arc that turns into it, tangent: with the path known the load of the arc is
     announced 5 mm before; predicted from the line alone it is not."""
@@ -164,7 +169,7 @@ def test_an_arc_into_the_stock_is_announced(follow):
     told, _true = drive(stock, core.Tool(6.0), segments, follow)
     before_arc = told[int(25 / 0.05)]
     most = max(area for distance, area in before_arc if distance < 9.0)
-    turned = 4.0 / 6.0                                  # rad of the arc, 9 mm on; the front beyond Y 3.2 is in stock
+    turned = 4.0 / 6.0  # rad of the arc, 9 mm on; the front beyond Y 3.2 is in stock
     begin = math.asin((3.2 - 6.0 * (1.0 - math.cos(turned))) / 3.0) - turned
-    true = 3.0 * 3.0 * (1.0 - math.sin(begin))          # 8.77 mm2
+    true = 3.0 * 3.0 * (1.0 - math.sin(begin))  # 8.77 mm2
     assert (most >= true) == follow, before_arc

@@ -26,7 +26,7 @@ def kept_points(points):
 def distance(point, line):
     """From a point to a polyline, mm."""
     first, step = line[:-1], np.diff(line, axis=0)
-    share = np.clip(((point - first) * step).sum(1) / np.maximum((step ** 2).sum(1), 1e-30), 0.0, 1.0)
+    share = np.clip(((point - first) * step).sum(1) / np.maximum((step**2).sum(1), 1e-30), 0.0, 1.0)
     return float(np.linalg.norm(first + share[:, None] * step - point, axis=1).min())
 
 
@@ -57,7 +57,10 @@ def test_random_paths():
         off = max(distance(point, line) for point in path[::3])
         back = max(distance(point, path) for point in (line[:-1] + line[1:]) / 2)
         if max(off, back) > 2 * STRIP + layout.PATH_DONE_LEAST:
-            pytest.fail(f"path {case} of seed {seed}: {off:.3f} {back:.3f} mm; {write_replay('path_done', {'seed': seed, 'case': case})}")
+            pytest.fail(
+                f"path {case} of seed {seed}: {off:.3f} {back:.3f} mm; "
+                f"{write_replay('path_done', {'seed': seed, 'case': case})}"
+            )
 
 
 def test_a_line_is_two_points():
@@ -79,7 +82,17 @@ def test_a_turn_back_is_kept():
 
 def test_not_finite_and_lost():
     kept = Kept()
-    kept.go([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (math.nan, 0.0, 0.0), (math.inf, 0.0, 0.0), (5.0, 5.0, 0.0), (1e300, -1e300, 1e300), (5.0, 5.0, 0.0)])
+    kept.go(
+        [
+            (0.0, 0.0, 0.0),
+            (1.0, 0.0, 0.0),
+            (math.nan, 0.0, 0.0),
+            (math.inf, 0.0, 0.0),
+            (5.0, 5.0, 0.0),
+            (1e300, -1e300, 1e300),
+            (5.0, 5.0, 0.0),
+        ]
+    )
     points, count = PathDone(memoryview(kept.done), 0).since(0)
     assert count >= 2 and np.isfinite(np.array(kept.done.point[:count])).all()
     assert points[:2].tolist() == [[0.0, 0.0, 0.0], [5.0, 5.0, 0.0]]

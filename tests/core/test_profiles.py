@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Passes of every tool above and beside earlier ones: section area and volume against the area between two outlines."""
+
 import math
 
 import numpy as np
@@ -9,21 +10,29 @@ from chipwise.clib import core
 from support import stock_profiles as profiles
 
 CASES = {case.name: case for case in profiles.cases()}
-MEAN = 0.01                                     # allowed mean error, share of the truth
-SPREAD = {"deeper": 0.02}                       # allowed standard deviation; else, cuts with a side:
+MEAN = 0.01  # allowed mean error, share of the truth
+SPREAD = {"deeper": 0.02}  # allowed standard deviation; else, cuts with a side:
 SPREAD_ELSE = 0.04
-# What is not met at cells of 0.25 mm: tools of four cells, and cuts a cell or two wide: (mean, deviation). Smaller cells cure it:
-# test_with_smaller_cells.
-KNOWN = {"flat D1, 15 % beside": (0.01, 0.10), "vee 30, 15 % beside": (0.016, 0.04), "vee 30, 40 % beside": (0.012, 0.04),
-         "vee 60, 15 % beside": (0.012, 0.04), "ball D3.175, steps 0.25, 17 deep": (0.01, 0.07),
-         "ball D3.175, steps 0.37, 17 deep": (0.01, 0.05), "flat D6, steps 0.25, 3 deep": (0.015, 0.04),
-         "taper D6, steps 0.25, 3 deep": (0.015, 0.045)}
+# What is not met at cells of 0.25 mm: tools of four cells, and cuts a cell or two wide: (mean, deviation). Smaller
+# cells cure it:  test_with_smaller_cells.
+KNOWN = {
+    "flat D1, 15 % beside": (0.01, 0.10),
+    "vee 30, 15 % beside": (0.016, 0.04),
+    "vee 30, 40 % beside": (0.012, 0.04),
+    "vee 60, 15 % beside": (0.012, 0.04),
+    "ball D3.175, steps 0.25, 17 deep": (0.01, 0.07),
+    "ball D3.175, steps 0.37, 17 deep": (0.01, 0.05),
+    "flat D6, steps 0.25, 3 deep": (0.015, 0.04),
+    "taper D6, steps 0.25, 3 deep": (0.015, 0.045),
+}
 
 
 def check(name, angle, cell, through, allowed):
     mean, spread = profiles.measured(CASES[name], angle, cell, through)
-    assert abs(mean) <= allowed[0] and spread <= allowed[1], \
-        f"{name}, {angle:g} degrees, {cell:g} mm cells, through {through}: mean error {100 * mean:.2f} %, deviation {100 * spread:.2f} %"
+    assert abs(mean) <= allowed[0] and spread <= allowed[1], (
+        f"{name}, {angle:g} degrees, {cell:g} mm cells, through {through}: mean error {100 * mean:.2f} %, deviation "
+        f"{100 * spread:.2f} %"
+    )
 
 
 def allowed(name):
@@ -53,8 +62,12 @@ def test_a_wrong_tool_is_seen():
     for name in ("flat D6, depth 2", "ball D6, 40 % beside", "vee 90, depth 3", "taper D8, 70 % beside"):
         case = CASES[name]
         diameter, corner, tip = case.now.tool
-        larger = profiles.Case(name, case.kind, case.before, profiles.Pass((1.03 * diameter, 1.03 * corner, tip), case.now.offset,
-                                                                           case.now.depth * 1.02))
+        larger = profiles.Case(
+            name,
+            case.kind,
+            case.before,
+            profiles.Pass((1.03 * diameter, 1.03 * corner, tip), case.now.offset, case.now.depth * 1.02),
+        )
         mean, _ = profiles.measured(case, 31.0)
         wrong = (mean + 1.0) * profiles.truth(case) / profiles.truth(larger) - 1.0
         assert abs(wrong) > MEAN, name
@@ -63,14 +76,17 @@ def test_a_wrong_tool_is_seen():
 LIMIT = {0.1: 0.001, 0.25: 0.003}
 
 
-@pytest.mark.parametrize("name", ["vee 30", "vee 60", "vee 90", "vee 120", "taper D6", "taper D8", "ball D6", "ball D3.175", "bull D10"])
+@pytest.mark.parametrize(
+    "name", ["vee 30", "vee 60", "vee 90", "vee 120", "taper D6", "taper D8", "ball D6", "ball D3.175", "bull D10"]
+)
 def test_volume_in_servo_steps(name):
-    """A groove in steps of 0.05 mm, as the realtime component cuts it: section x length + the end's volume of revolution."""
+    """A groove in steps of 0.05 mm, as the realtime component cuts it: section x length + the end's volume of
+    revolution."""
     tool, depth = profiles.TOOLS[name], profiles.DEPTH.get(name, 2.0)
     r = np.linspace(0.0, tool[0] / 2.0, 100001)
     gap = np.maximum(0.0, depth - profiles.reference_tool(tool).surface(r))
     gap = 0.5 * (gap[1:] + gap[:-1])
-    volume = float(2.0 * np.sum(gap * np.diff(r)) * 14.0 + math.pi * np.sum(gap * np.diff(r ** 2)))
+    volume = float(2.0 * np.sum(gap * np.diff(r)) * 14.0 + math.pi * np.sum(gap * np.diff(r**2)))
     for cell, limit in LIMIT.items():
         for angle in (0.0, 17.0, 45.0, 73.0):
             stock = core.Stock((-20.03, -20.02, -8.0), (20.02, 20.11, 0.0), cell)
@@ -87,12 +103,12 @@ def needle_volume(tool, joints, half_width):
     reference = profiles.reference_tool(tool)
     x_of, z_of = np.array(joints).T
     length, rows = x_of[-1] - x_of[0], math.ceil(half_width / 0.06)
-    step = half_width / rows                                # a row ends at the tool's side
+    step = half_width / rows  # a row ends at the tool's side
     at = np.linspace(x_of[0], x_of[-1], round(length / 0.02) + 1)
     tips = np.interp(at, x_of, z_of)
     x = np.arange(x_of[0] - half_width + 0.5 * step, x_of[-1] + half_width, step)
     total = 0.0
-    for y in step * (np.arange(rows) + 0.5):                # the other half is the same
+    for y in step * (np.arange(rows) + 0.5):  # the other half is the same
         r = np.hypot(x[:, None] - at[None, :], y)
         surface = np.where(r <= reference.radius, reference.surface(np.minimum(r, reference.radius)) + tips, 0.0)
         total += float(np.maximum(0.0, -surface.min(axis=1)).sum())
@@ -113,15 +129,25 @@ def volume_cut(tool, joints, angle, cell):
 def check_volumes(tool, joints, angles=(0.0, 17.0, 73.0)):
     """Within LIMIT of the needles, whichever end it begins at."""
     volume = needle_volume(tool, joints, tool[0] / 2.0)
-    off = {(cell, angle, path[0]): volume_cut(tool, path, angle, cell) / volume - 1.0
-           for cell in LIMIT for angle in angles for path in (joints, joints[::-1])}
+    off = {
+        (cell, angle, path[0]): volume_cut(tool, path, angle, cell) / volume - 1.0
+        for cell in LIMIT
+        for angle in angles
+        for path in (joints, joints[::-1])
+    }
     print({case: f"{100.0 * error:.3f} %" for case, error in off.items()})
     bad = {case: f"{100.0 * error:.3f} %" for case, error in off.items() if abs(error) > LIMIT[case[0]]}
     assert not bad, bad
 
 
-RAMPS = {"vee 60": (2.0, 2.2), "vee 120": (1.5, 0.5), "taper D6": (0.4, 2.0), "ball D6": (0.2, 2.4), "bull D10": (2.0, 1.0),
-         "ball D3.175": (0.3, 1.6)}
+RAMPS = {
+    "vee 60": (2.0, 2.2),
+    "vee 120": (1.5, 0.5),
+    "taper D6": (0.4, 2.0),
+    "ball D6": (0.2, 2.4),
+    "bull D10": (2.0, 1.0),
+    "ball D3.175": (0.3, 1.6),
+}
 
 
 @pytest.mark.parametrize("name", RAMPS)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The rim of a stock that does not fill its outer cells: boxes whose sizes are not multiples of the cell, boxes turned against the
-axes.  The truths are areas of rectangles and, for the turned box, the same cut in an upright one."""
+"""The rim of a stock that does not fill its outer cells: boxes whose sizes are not multiples of the cell, boxes turned
+against the axes.  The truths are areas of rectangles and, for the turned box, the same cut in an upright one."""
+
 import math
 
 import numpy as np
@@ -71,7 +72,8 @@ def test_faced_and_cut_deeper(size, cell):
 @pytest.mark.parametrize("tool", [(6, 0, 0), (6, 3, 0), (10, 2, 0), (8, 0, 90), (6, 0.5, 20)])
 @pytest.mark.parametrize("cell", [0.1, 0.25])
 def test_all_of_it_is_cut_away(tool, cell):
-    """Layer by layer with any tool down to its bottom: what is left is what the tool's end leaves, nothing of the rim."""
+    """Layer by layer with any tool down to its bottom: what is left is what the tool's end leaves, nothing of the
+    rim."""
     size, tool = SIZES[0], core.Tool(*tool)
     low, high = (0.0, 0.0, -2.0), (*size, HIGH)
     stock = core.Stock(low, high, cell)
@@ -99,8 +101,9 @@ def test_turned_box(degrees, cell):
     def turned(points):
         points = np.array(points, float)
         flat = points[:, :2] - middle
-        return np.column_stack([middle[0] + c * flat[:, 0] - s * flat[:, 1],
-                                middle[1] + s * flat[:, 0] + c * flat[:, 1], points[:, 2]])
+        return np.column_stack(
+            [middle[0] + c * flat[:, 0] - s * flat[:, 1], middle[1] + s * flat[:, 0] + c * flat[:, 1], points[:, 2]]
+        )
 
     stock = core.Stock((0.0, 0.0, -8.0), (*size, HIGH), cell, turn=angle)
     assert stock.volume() == pytest.approx(size[0] * size[1] * 8.0, rel=2e-5)
@@ -110,9 +113,11 @@ def test_turned_box(degrees, cell):
         for slot in slots(size, FACE + level * DOWN):
             cut(stock, tool, turned(slot))
     assert stock.head.removed == pytest.approx(removed(size), rel=LIMIT[cell])
-    beside = turned([[size[0] + 0.6 * cell, 0.3 * size[1], -2.0], [-cell, -cell, -2.0], [0.5 * size[0], size[1] + cell, -2.0]])
+    beside = turned(
+        [[size[0] + 0.6 * cell, 0.3 * size[1], -2.0], [-cell, -cell, -2.0], [0.5 * size[0], size[1] + cell, -2.0]]
+    )
     for x, y, _z in beside:
-        assert stock.above(x, y, -8.0) < 2.0            # no stock beside it
+        assert stock.above(x, y, -8.0) < 2.0  # no stock beside it
     assert stock.above(*turned([[5.0, 12.0, 0.0]])[0][:2], -8.0) == pytest.approx(8.0 - FACE)
 
 
@@ -137,7 +142,7 @@ def test_a_turn_that_is_none(turn):
     with pytest.raises(core.CoreError):
         stock.define((0, 0, 0), (5, 5, 1), turn=turn)
     assert stock.volume() == pytest.approx(25.0)
-    with pytest.raises(core.CoreError):                 # it fits upright, not turned
+    with pytest.raises(core.CoreError):  # it fits upright, not turned
         core.Stock((0, 0, 0), (20, 5, 1), 0.25, capacity=82 * 22).define((0, 0, 0), (20, 5, 1), turn=0.5)
 
 
@@ -156,8 +161,9 @@ def test_filled_in_parts_as_at_once():
 @pytest.mark.parametrize("degrees", [0.0, 17.0, 45.0, -63.0])
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_the_tools_edge_within_a_cell_of_the_rim(side, degrees, cell):
-    """Along the far side with the tool's edge a little inside or outside of it, from within the block (side 1) or beside it (-1),
-    in two depths: what it takes is known to a fortieth of a cell, and nothing is taken beside the block."""
+    """Along the far side with the tool's edge a little inside or outside of it, from within the block (side 1) or
+    beside it (-1), in two depths: what it takes is known to a fortieth of a cell, and nothing is taken beside the
+    block."""
     size, angle, tool = SIZES[0], math.radians(degrees), core.Tool(6)
     middle, c, s = np.array([0.5 * size[0], 0.5 * size[1]]), math.cos(angle), math.sin(angle)
 
@@ -173,6 +179,8 @@ def test_the_tools_edge_within_a_cell_of_the_rim(side, degrees, cell):
         width = (6.0 - max(part * cell, 0.0)) if side > 0 else max(-part * cell, 0.0)
         allowed = 0.025 * cell * size[1] * 2.5
         assert stock.head.removed == pytest.approx(width * size[1] * 2.5, abs=allowed), part
+
+
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("beyond", [0.0, 1.0, 2.1])
 def test_area_along_the_rim(size, beyond):

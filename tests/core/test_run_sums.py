@@ -22,7 +22,12 @@ class Program:
     def step(self, seconds, area=0.0, velocity=10.0, running=True, lag=0.0, lost=1.0, **values):
         for _ in range(round(seconds / PERIOD_S)):
             self.removed += lost * area * velocity * PERIOD_S
-            core.add_period(self.sums, given(section_area_mm2=area, current_vel_mm_s=velocity, depth_mm=3.0, **values), running, self.removed - lag)
+            core.add_period(
+                self.sums,
+                given(section_area_mm2=area, current_vel_mm_s=velocity, depth_mm=3.0, **values),
+                running,
+                self.removed - lag,
+            )
         return self.sums.program
 
     def rest(self, seconds, running):
@@ -35,8 +40,12 @@ def test_times_mean_and_peak():
     program.step(1.0)
     program.step(2.0, 6.0)
     found = program.step(0.5, 12.0)
-    assert (found.run_s, found.air_s, found.cut_s) == pytest.approx((3.5, 1.0, 2.5)) and found.saved_s == pytest.approx(0.0, abs=1e-9)
-    assert core.run_mean(program.sums) == pytest.approx((2 * 60 + 0.5 * 120) / 2.5) and found.peak_mm3_s == pytest.approx(120.0)
+    assert (found.run_s, found.air_s, found.cut_s) == pytest.approx((3.5, 1.0, 2.5)) and found.saved_s == pytest.approx(
+        0.0, abs=1e-9
+    )
+    assert core.run_mean(program.sums) == pytest.approx(
+        (2 * 60 + 0.5 * 120) / 2.5
+    ) and found.peak_mm3_s == pytest.approx(120.0)
     assert program.step(5.0, velocity=20.0).saved_s == pytest.approx(5.0)
     assert program.step(5.0, velocity=5.0).saved_s == pytest.approx(2.5)
     assert program.step(1.0, velocity=20.0, feed_mode=0).saved_s == pytest.approx(2.5)
@@ -47,7 +56,7 @@ def test_a_thin_reading_cuts_if_the_map_loses_it():
     """Below 0.01 mm2, or narrower than 0.01 mm over the depth of 3 mm: a sliver, or a wall that was cut before."""
     for area in (0.002, 0.009, 0.029):
         program = Program()
-        assert program.step(0.9, area).cut_s == pytest.approx(0.5, abs=0.01)            # half a second at a time
+        assert program.step(0.9, area).cut_s == pytest.approx(0.5, abs=0.01)  # half a second at a time
         program.step(0.1, area)
         program.rest(0.1, True)
         assert program.sums.program.cut_s == pytest.approx(1.0) and program.sums.program.air_s == 0.0
@@ -71,7 +80,8 @@ def test_what_a_cut_before_leaves_in_the_map_is_no_sliver():
 
 
 def test_a_plunge_begins_where_the_map_loses():
-    """0.2 s in which the reading rises towards the top of the stock are air but for 20 periods; level moves count as they read."""
+    """0.2 s in which the reading rises towards the top of the stock are air but for 20 periods; level moves count as
+    they read."""
     for direction, cut in ((-1.0, 0.5 + 0.02), (0.0, 0.7)):
         program = Program()
         program.step(0.3, dir_z=direction)
@@ -81,7 +91,7 @@ def test_a_plunge_begins_where_the_map_loses():
         assert found.cut_s == pytest.approx(cut, abs=0.0021) and found.cut_s + found.air_s == pytest.approx(1.0)
     program = Program()
     program.step(0.3)
-    program.step(2.0, 4.0, lost=0.0, dir_z=-1.0)                        # it never arrives
+    program.step(2.0, 4.0, lost=0.0, dir_z=-1.0)  # it never arrives
     found = program.rest(0.1, True)
     assert found.cut_s == 0.0 and found.air_s == pytest.approx(2.3)
 
@@ -99,7 +109,8 @@ def test_a_short_spike_is_no_peak():
 
 
 def test_begins_with_the_program():
-    """Reported 15 ms late, nothing is lost; what MDI did before does not count; the end leaves the sums, a new start clears them."""
+    """Reported 15 ms late, nothing is lost; what MDI did before does not count; the end leaves the sums, a new start
+    clears them."""
     program = Program()
     program.step(2.0, 6.0, running=False)
     program.rest(0.5, False)
@@ -123,7 +134,7 @@ def test_another_stock_is_no_volume():
     program.removed = 5000.0
     program.rest(0.1, True)
     program.step(1.0, 6.0)
-    assert core.run_mean(program.sums) == pytest.approx(60.0, rel=1e-3)     # the very first period has none before it
+    assert core.run_mean(program.sums) == pytest.approx(60.0, rel=1e-3)  # the very first period has none before it
 
 
 @pytest.mark.parametrize("spoilt", [True, False])
@@ -148,14 +159,21 @@ def test_the_time_that_a_tool_rubs():
     """2 edges at 100 1/s and 10 mm/s: 0.05 mm a tooth; while it cuts, and only if chip and smallest chip are known."""
     known = {"flutes": 2.0, "spindle_speed_rps": 100.0, "max_chip_mm": 0.1, "min_chip_mm": 0.01}
     program = Program()
-    program.step(1.0, chip_share_now=0.1, **known)                  # air
-    program.step(1.0, 6.0, chip_share_now=0.5, **known)             # 0.025 mm
-    program.step(1.0, 6.0, chip_share_now=0.0, **known)             # not known
+    program.step(1.0, chip_share_now=0.1, **known)  # air
+    program.step(1.0, 6.0, chip_share_now=0.5, **known)  # 0.025 mm
+    program.step(1.0, 6.0, chip_share_now=0.0, **known)  # not known
     assert program.sums.program.rub_s == 0.0
-    program.step(0.5, 6.0, chip_share_now=0.1, **known)             # 0.005 mm
+    program.step(0.5, 6.0, chip_share_now=0.1, **known)  # 0.005 mm
     program.step(0.2, 6.0, velocity=1.5, chip_share_now=1.0, **known)
     assert program.sums.program.rub_s == pytest.approx(0.7)
-    for less in ({"min_chip_mm": 0.0}, {"flutes": 0.0}, {"spindle_speed_rps": 0.0}, {"min_chip_mm": math.nan}, {"chip_share_now": math.nan}, {"min_chip_mm": -1.0}):
+    for less in (
+        {"min_chip_mm": 0.0},
+        {"flutes": 0.0},
+        {"spindle_speed_rps": 0.0},
+        {"min_chip_mm": math.nan},
+        {"chip_share_now": math.nan},
+        {"min_chip_mm": -1.0},
+    ):
         program.step(0.3, 6.0, **known | {"chip_share_now": 0.1} | less)
     assert program.sums.program.rub_s == pytest.approx(0.7)
     program.rest(0.2, False)

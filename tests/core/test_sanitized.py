@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The whole C core under ASan and UBSan: each C program of this folder, and the tests that call the library from Python."""
+"""The whole C core under ASan and UBSan: each C program of this folder, and the tests that call the library from
+Python."""
+
 import pytest
 
 from support import ROOT, sanitized, unchanged
@@ -15,7 +17,9 @@ def test_program(name):
     assert status == 0, text
 
 
-@pytest.mark.inputs(lambda group: [*unchanged.c_files(), *GROUPS[group], *(unchanged.package() if group == "programs" else ())])
+@pytest.mark.inputs(
+    lambda group: [*unchanged.c_files(), *GROUPS[group], *(unchanged.package() if group == "programs" else ())]
+)
 @pytest.mark.parametrize("group", GROUPS)
 def test_library(group):
     status, text = sanitized.run_tests(sanitized.folder() / "libchipwise.so", *sanitized_arguments(group))

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The section area dV/ds while the tool cuts, in servo steps, against closed forms."""
+
 import math
 
 import numpy as np
@@ -10,8 +11,8 @@ from support import reference_stock as reference
 from support import stock_cases
 
 CASES = {case.name: case for case in stock_cases.cases()}
-MEAN = 0.01                                     # allowed mean error, share of the truth
-SPREAD = {"side": 0.04}                         # allowed standard deviation; else:
+MEAN = 0.01  # allowed mean error, share of the truth
+SPREAD = {"side": 0.04}  # allowed standard deviation; else:
 SPREAD_ELSE = 0.02
 
 # Load seen when a groove is gone through once more, share of the full groove; the truth is 0.
@@ -31,9 +32,14 @@ def test_section(name):
     check(name, "section")
 
 
-@pytest.mark.parametrize("name", [name for name, case in CASES.items()
-                                  if case.kind in ("slot", "plunge", "arc", "chain") or " 10 % 0 deg" in name
-                                  or "31 deg" in name])
+@pytest.mark.parametrize(
+    "name",
+    [
+        name
+        for name, case in CASES.items()
+        if case.kind in ("slot", "plunge", "arc", "chain") or " 10 % 0 deg" in name or "31 deg" in name
+    ],
+)
 def test_through_the_look_ahead(name):
     check(name, "ahead")
 
@@ -91,7 +97,7 @@ def test_nothing_to_meet(shape):
         direction = random.normal(size=3)
         direction /= np.linalg.norm(direction)
         area, depth = stock.section(tool, random.uniform(-13, 13, 3), direction)
-        assert 0.0 <= area < 2 * tool.radius * 18 + math.pi * tool.radius ** 2
+        assert 0.0 <= area < 2 * tool.radius * 18 + math.pi * tool.radius**2
         assert 0.0 <= depth <= 18.1
 
 
@@ -129,12 +135,15 @@ def test_through_the_bottom(shape):
 
 
 def beside_a_thin_wall(cell, gap, turn, heading):
-    """A stock with a groove that leaves a wall `gap` mm thick along a third of the front of a 6 mm tool, which has come round a corner of `turn` rad
-    and stands at (0, 0); -> (stock, tool)."""
+    """A stock with a groove that leaves a wall `gap` mm thick along a third of the front of a 6 mm tool, which has come
+    round a corner of `turn` rad and stands at (0, 0); -> (stock, tool)."""
     stock, tool, depth, radius = core.Stock((-14, -14, -6), (14, 14, 0), cell), core.Tool(6.0), 4.2, 3.0
     ring = heading + np.radians(np.arange(-60.0, -15.0, 0.5))
     line = np.arange(8.0, -0.01, -0.02)
-    for path in ((2 * radius + gap) * np.column_stack([np.cos(ring), np.sin(ring)]), -np.outer(line, (math.cos(heading - turn), math.sin(heading - turn)))):
+    for path in (
+        (2 * radius + gap) * np.column_stack([np.cos(ring), np.sin(ring)]),
+        -np.outer(line, (math.cos(heading - turn), math.sin(heading - turn))),
+    ):
         cutter = core.Cutter(stock, tool, (*path[0], 1.0))
         for place in path:
             cutter.to((*place, -depth))
@@ -145,8 +154,9 @@ def beside_a_thin_wall(cell, gap, turn, heading):
 @pytest.mark.parametrize("heading", [0.3, 1.02])
 @pytest.mark.parametrize("cell, gap", [(0.1, 0.25), (0.1, 0.6), (0.25, 0.6)])
 def test_a_wall_of_the_stock_before_a_tool_that_has_turned(cell, gap, heading):
-    """The samples behind a corner are taken again when the tool has come round it: nearly all of the front loses the wall at once, and they see where.
-    Within half a cell, as all jumps, and 4 %; the truth has cells of 0.02 mm.  Moved ahead as a whole the front read 20 % low."""
+    """The samples behind a corner are taken again when the tool has come round it: nearly all of the front loses the
+    wall at once, and they see where.  Within half a cell, as all jumps, and 4 %; the truth has cells of 0.02 mm.  Moved
+    ahead as a whole the front read 20 % low."""
     (stock, tool), (fine, _) = (beside_a_thin_wall(side, gap, 0.54, heading) for side in (cell, 0.02))
     step, direction = 0.02, (math.cos(heading), math.sin(heading), 0.0)
     stations = np.arange(0.5 * cell, 1.2, step)
@@ -155,5 +165,5 @@ def test_a_wall_of_the_stock_before_a_tool_that_has_turned(cell, gap, heading):
     true = [fine.section(tool, tip, direction, max(0.1, s))[0] for tip, s in zip(tips, stations)]
     near = round(0.5 * cell / step)
     for n, area in enumerate(met):
-        around = true[max(0, n - near):n + near + 1]
+        around = true[max(0, n - near) : n + near + 1]
         assert 0.96 * min(around) < area < 1.04 * max(around), (stations[n], area, around)

@@ -15,7 +15,7 @@ def heights(stock):
 @pytest.mark.parametrize("radius, cell", [(25.0, 0.25), (7.3, 0.25), (0.4, 0.25), (12.345, 0.1), (3.0, 7.0)])
 def test_volume_of_a_cylinder(radius, cell):
     stock = core.Stock((3.0 - radius, -radius, -8.0), (3.0 + radius, radius, 2.0), cell, shape=1)
-    assert stock.volume() == pytest.approx(np.pi * radius ** 2 * 10.0, rel=2e-5)
+    assert stock.volume() == pytest.approx(np.pi * radius**2 * 10.0, rel=2e-5)
     assert heights(stock)[0, 0] == pytest.approx(-8.0, abs=10 if cell > 0.2 * radius else 1e-3)
 
 
@@ -42,7 +42,7 @@ def test_a_slot_through_a_cylinder():
     radius, half = 20.0, 3.0
     stock = core.Stock((-radius, -radius, -10), (radius, radius, 0), 0.25, shape=1)
     cutter = core.Cutter(stock, core.Tool(2 * half), (-30, 0, -2))
-    strip = 2 * (half * np.sqrt(radius ** 2 - half ** 2) + radius ** 2 * np.arcsin(half / radius))
+    strip = 2 * (half * np.sqrt(radius**2 - half**2) + radius**2 * np.arcsin(half / radius))
     assert cutter.to((30, 0, -2)) == pytest.approx(2 * strip, rel=2e-3)
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The stock map of the C core against closed forms, a slow reference model and algebra."""
+
 import json
 import math
 import os
@@ -35,6 +36,7 @@ def heights(stock):
 
 # --- closed forms ------------------------------------------------------------
 
+
 @pytest.mark.parametrize("cell", LIMIT)
 @pytest.mark.parametrize("name", KNOWN)
 def test_known_volume(name, cell):
@@ -44,13 +46,13 @@ def test_known_volume(name, cell):
 
 @pytest.mark.parametrize("cell", LIMIT)
 def test_helix_volume(cell):
-    assert cuts.core_volume((6, 0, 0), cuts.helix(), cell) \
-        == pytest.approx(cuts.helix_volume(), rel=LIMIT[cell])
+    assert cuts.core_volume((6, 0, 0), cuts.helix(), cell) == pytest.approx(cuts.helix_volume(), rel=LIMIT[cell])
 
 
 @pytest.mark.parametrize("cell", LIMIT)
-@pytest.mark.parametrize("name", ["slot 17 deg", "ball groove 31 deg", "vee groove 45 deg", "ramp 73 deg",
-                                  "tapered groove 17 deg"])
+@pytest.mark.parametrize(
+    "name", ["slot 17 deg", "ball groove 31 deg", "vee groove 45 deg", "ramp 73 deg", "tapered groove 17 deg"]
+)
 def test_known_volume_in_servo_steps(name, cell):
     """The same way in steps of 0.02 mm, as the realtime component cuts it."""
     tool, points, volume = KNOWN[name]
@@ -64,8 +66,11 @@ def test_wrong_diameter_is_seen():
     for name in ("slot 17 deg", "ramp 31 deg", "ball groove 45 deg", "plunge flat"):
         tool, points, volume = KNOWN[name]
         for cell, limit in LIMIT.items():
-            wrong = cuts.core_volume(tool, points, cell, diameter_error=0.01 * tool[0]) \
-                if not tool[1] else cuts.core_volume((tool[0] * 1.01, tool[1] * 1.01, 0), points, cell)
+            wrong = (
+                cuts.core_volume(tool, points, cell, diameter_error=0.01 * tool[0])
+                if not tool[1]
+                else cuts.core_volume((tool[0] * 1.01, tool[1] * 1.01, 0), points, cell)
+            )
             assert abs(wrong / volume - 1.0) > limit, name
 
 
@@ -73,8 +78,15 @@ def test_reference_meets_the_closed_forms():
     """The judge is judged: needles 0.05 mm apart, within four of its own deviations (each
     0.01..0.03 %) and 0.02 % for the steps of a move."""
     own = reference.ReferenceStock(cuts.LOW, cuts.HIGH, 0.05)
-    for name in ("slot 0 deg", "slot 17 deg", "ramp 31 deg", "ball groove 45 deg", "vee groove 73 deg",
-                 "plunge ball", "raster pocket 17 deg"):
+    for name in (
+        "slot 0 deg",
+        "slot 17 deg",
+        "ramp 31 deg",
+        "ball groove 45 deg",
+        "vee groove 73 deg",
+        "plunge ball",
+        "raster pocket 17 deg",
+    ):
         tool, points, volume = KNOWN[name]
         allowed = 4 * own.error_mm3(90 if "raster" in name else 45, 3) + 2e-4 * volume
         assert cuts.reference_volume(tool, points, 0.05) == pytest.approx(volume, abs=allowed), name
@@ -89,6 +101,7 @@ def test_reference_profile_is_the_tool():
 
 # --- random moves against the reference -------------------------------------
 
+
 def random_case(random):
     """Tool and points of a random job in BOX; the tool is lifted or dives, leaves the box, too."""
     tool = TOOLS[random.integers(len(TOOLS))]
@@ -96,11 +109,11 @@ def random_case(random):
     for _ in range(random.integers(1, 6)):
         x, y, z = points[-1]
         kind = random.integers(4)
-        if kind == 0:       # plunge or lift
+        if kind == 0:  # plunge or lift
             points.append([x, y, float(random.uniform(-5, 1))])
-        elif kind == 1:     # ramp
+        elif kind == 1:  # ramp
             points.append([*random.uniform(-14, 14, 2), float(random.uniform(-5, 0))])
-        else:               # level
+        else:  # level
             points.append([*random.uniform(-14, 14, 2), z])
     return {"tool": list(tool), "points": [[float(v) for v in p] for p in points]}
 
@@ -114,7 +127,7 @@ def judge_random(case, diameter_error=0.0):
     want = cuts.reference_volume(case["tool"], points, spacing, low, high)
     toolpath = np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1).sum()
     outline = 2 * toolpath + math.pi * case["tool"][0] * len(points)
-    chance = 0.41 * spacing ** 1.5 * math.sqrt(outline) * 4.0     # mm3, one deviation, 4 mm deep
+    chance = 0.41 * spacing**1.5 * math.sqrt(outline) * 4.0  # mm3, one deviation, 4 mm deep
     allowed = 0.001 * want + 4.0 * chance
     if abs(got - want) <= allowed:
         return None
@@ -223,10 +236,12 @@ def test_turned_and_mirrored(tool):
     path = np.array(ZIGZAG, float)
     plain = heights(cut(path, tool))
     x, y, z = path.T
-    for turned, back in ((np.column_stack([-y, x, z]), lambda h: np.rot90(h, 1)),
-                         (np.column_stack([-x, y, z]), lambda h: h[:, ::-1]),
-                         (np.column_stack([x, -y, z]), lambda h: h[::-1]),
-                         (np.column_stack([y, x, z]), lambda h: h.T)):
+    for turned, back in (
+        (np.column_stack([-y, x, z]), lambda h: np.rot90(h, 1)),
+        (np.column_stack([-x, y, z]), lambda h: h[:, ::-1]),
+        (np.column_stack([x, -y, z]), lambda h: h[::-1]),
+        (np.column_stack([y, x, z]), lambda h: h.T),
+    ):
         assert np.allclose(back(heights(cut(turned, tool))), plain, atol=2e-3)
 
 
@@ -249,8 +264,14 @@ def test_refused_boxes_keep_the_stock():
     stock = cut(ZIGZAG)
     before = stock.volume()
     nan, inf = math.nan, math.inf
-    for low, high in (((nan, 0, 0), (1, 1, 1)), ((0, 0, 0), (1, inf, 1)), ((0, 0, 0), (0, 1, 1)),
-                      ((0, 0, 0), (1, 1, -1)), ((0, 0, 0), (1e6, 1e6, 1)), ((-1e308,) * 3, (1e308,) * 3)):
+    for low, high in (
+        ((nan, 0, 0), (1, 1, 1)),
+        ((0, 0, 0), (1, inf, 1)),
+        ((0, 0, 0), (0, 1, 1)),
+        ((0, 0, 0), (1, 1, -1)),
+        ((0, 0, 0), (1e6, 1e6, 1)),
+        ((-1e308,) * 3, (1e308,) * 3),
+    ):
         with pytest.raises(core.CoreError):
             stock.define(low, high)
         assert stock.volume() == before
@@ -258,9 +279,10 @@ def test_refused_boxes_keep_the_stock():
 
 # --- the cell of a stock ------------------------------------------------------------------------------------------
 
+
 def test_a_small_stock_has_small_cells():
-    """As small as the map's memory allows, between `finest` and `cell`, whatever box comes after which; refused only what the
-    coarsest cells cannot hold."""
+    """As small as the map's memory allows, between `finest` and `cell`, whatever box comes after which; refused only
+    what the coarsest cells cannot hold."""
     rng = np.random.default_rng(20261123)
     stock = core.Stock((0, 0, -5), (300, 200, 0), 0.25, finest=0.1)
     capacity = stock.head.capacity
@@ -281,7 +303,7 @@ def test_a_small_stock_has_small_cells():
         assert 0.1 <= head.cell <= 0.25 and cells <= capacity, case
         if head.cell > 0.1 and head.cell < 0.25:
             finer = core.library().chip_stock_cells(head.cell - 0.002, *hull)
-            assert finer > 0.985 * capacity, case           # hardly a smaller one would fit
+            assert finer > 0.985 * capacity, case  # hardly a smaller one would fit
         assert stock.volume() == pytest.approx(5 * size[0] * size[1], rel=1e-5), case
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The model of a stylus (stylus.h) against what its geometry and Coulomb's law say in closed form."""
+
 import ctypes as C
 import math
 
@@ -20,7 +21,9 @@ class Stylus:
     def at(self, p):
         """-> (measured, now), mm"""
         measured, now = (C.c_double * 3)(), (C.c_double * 3)()
-        core.library().chip_stylus_step(C.byref(self.state), C.byref(self.settings), (C.c_double * 3)(*p), measured, now)
+        core.library().chip_stylus_step(
+            C.byref(self.state), C.byref(self.settings), (C.c_double * 3)(*p), measured, now
+        )
         return np.array(measured), np.array(now)
 
     def distance(self, c):
@@ -60,8 +63,15 @@ def test_ball_is_on_the_model_and_force_in_the_cone(surface):
     """At random, in small steps: f(c) = 0, and the angle of e to the normal at c is at most that of friction."""
     random = np.random.default_rng(random_seed())
     y, x = np.mgrid[0:41, 0:41] * 0.5
-    stylus = Stylus(surface_number=surface, size_mm=8.0, height_mm=np.sin(x / 3) * np.cos(y / 4), cell_mm=0.5,
-                    at_mm=(-10, -10, 0) if surface == SURFACE.GRID else (0, 0, 0), friction_share=0.15, angle_deg=70.0)
+    stylus = Stylus(
+        surface_number=surface,
+        size_mm=8.0,
+        height_mm=np.sin(x / 3) * np.cos(y / 4),
+        cell_mm=0.5,
+        at_mm=(-10, -10, 0) if surface == SURFACE.GRID else (0, 0, 0),
+        friction_share=0.15,
+        angle_deg=70.0,
+    )
     touched, p = 0, None
     for _ in range(random_count(400)):
         if p is None or random.random() < 0.05:
@@ -77,7 +87,7 @@ def test_ball_is_on_the_model_and_force_in_the_cone(surface):
             continue
         touched += 1
         assert abs(f) < 1e-4, (p, e)
-        corner = surface in (SURFACE.CORNER, SURFACE.STEP)      # in a corner two walls hold the ball
+        corner = surface in (SURFACE.CORNER, SURFACE.STEP)  # in a corner two walls hold the ball
         if not corner and size > 0.01:
             assert math.acos(min(1.0, e @ normal / size)) < math.atan(0.15) + 0.02, (p, e)
     assert touched > 50

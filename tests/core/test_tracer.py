@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Profiling control (tracer.h) against the model of a stylus: the deflection it holds, its limits, and what ends a trace.
+"""Profiling control (tracer.h) against the model of a stylus: the deflection it holds, its limits, and what ends a
+trace.
 
 Deflections are judged as they were, without the sensor's delay and noise."""
+
 import math
 
 import numpy as np
@@ -10,7 +12,7 @@ import pytest
 from support.tracer_rig import FAR, FAULT, LIMIT, MODE, PERIOD_S, SETTINGS, STATE, SURFACE, Rig, error, tracing
 
 SLOPE = math.sqrt(0.5)
-LANDING_S = 0.05            # after first contact the deflection builds up to eps0
+LANDING_S = 0.05  # after first contact the deflection builds up to eps0
 NOISE_MM = 0.0005
 
 
@@ -28,13 +30,19 @@ def slope(rise=1, **settings):
 def ball(radius, feed, periods, hollow=False):
     """The path of the ball's centre has `radius`, whatever the stylus."""
     width, size = 0.75 * radius, radius + (1 if hollow else -1)
-    return Rig((-width, 0, -0.4 * radius if hollow else radius + 2),
-               {"surface_number": SURFACE.BOWL if hollow else SURFACE.BALL, "size_mm": size, "delay_periods": periods},
-               feed_mm_s=feed, dead_time_s=periods * PERIOD_S, pick_mm=0.5,
-               window_min_mm=(-width, -1, -FAR), window_max_mm=(width, 1, FAR))
+    return Rig(
+        (-width, 0, -0.4 * radius if hollow else radius + 2),
+        {"surface_number": SURFACE.BOWL if hollow else SURFACE.BALL, "size_mm": size, "delay_periods": periods},
+        feed_mm_s=feed,
+        dead_time_s=periods * PERIOD_S,
+        pick_mm=0.5,
+        window_min_mm=(-width, -1, -FAR),
+        window_max_mm=(width, 1, FAR),
+    )
 
 
 # ---- deflection held -----------------------------------------------------------------------------------------------
+
 
 @pytest.mark.parametrize("rise", [1, -1])
 def test_slope(rise):
@@ -53,16 +61,27 @@ def test_slope_at_a_low_gain():
 
 def test_friction_on_a_ball():
     """The estimate is that of the model, on either side of a ball of R 5."""
-    rig = Rig((-3.5, 0, 7), {"surface_number": SURFACE.BALL, "size_mm": 4}, window_min_mm=(-3.5, -1, -FAR), window_max_mm=(3.5, 1, FAR),
-              feed_mm_s=15.0)
+    rig = Rig(
+        (-3.5, 0, 7),
+        {"surface_number": SURFACE.BALL, "size_mm": 4},
+        window_min_mm=(-3.5, -1, -FAR),
+        window_max_mm=(3.5, 1, FAR),
+        feed_mm_s=15.0,
+    )
     rows = tracing(ends(rig, STATE.DONE), 0.35)
     assert np.abs(rows["friction_share"] - math.sin(math.atan(0.15))).max() < 0.01
 
 
 def test_friction_with_dead_time():
     """A sensor 20 periods late, a feed that changes: the position of then counts."""
-    rig = Rig((-3.5, 0, 7), {"surface_number": SURFACE.BALL, "size_mm": 4, "delay_periods": 20}, dead_time_s=20 * PERIOD_S, feed_mm_s=10.0,
-              window_min_mm=(-3.5, -1, -FAR), window_max_mm=(3.5, 1, FAR))
+    rig = Rig(
+        (-3.5, 0, 7),
+        {"surface_number": SURFACE.BALL, "size_mm": 4, "delay_periods": 20},
+        dead_time_s=20 * PERIOD_S,
+        feed_mm_s=10.0,
+        window_min_mm=(-3.5, -1, -FAR),
+        window_max_mm=(3.5, 1, FAR),
+    )
     rows = tracing(ends(rig, STATE.DONE), 0.45)
     assert np.abs(rows["friction_share"] - math.sin(math.atan(0.15))).max() < 0.01
 
@@ -76,13 +95,24 @@ def test_the_ball_behind_a_slow_drive():
 @pytest.mark.parametrize("share", [0.0, 0.5])
 def test_the_override_acts_on_every_movement(share):
     """Approach, trace, retract and return have that share of their velocity; 0 rests, also in contact."""
-    rig = Rig((-8, -4, 16), {"surface_number": SURFACE.BALL, "size_mm": 14}, mode_number=MODE.ONE_WAY, pick_mm=4.0, gain_hz=400.0,
-              window_min_mm=(-8, -4, -FAR), window_max_mm=(8, 4, FAR))
+    rig = Rig(
+        (-8, -4, 16),
+        {"surface_number": SURFACE.BALL, "size_mm": 14},
+        mode_number=MODE.ONE_WAY,
+        pick_mm=4.0,
+        gain_hz=400.0,
+        window_min_mm=(-8, -4, -FAR),
+        window_max_mm=(8, 4, FAR),
+    )
     seen = {}
     for _ in range(400):
         rows = rig.run(0.05)
         state = int(rows["state"][-1])
-        if (rows["state"] == state).all() and state not in seen and state in (STATE.APPROACH, STATE.TRACE, STATE.RETRACT, STATE.RETURN):
+        if (
+            (rows["state"] == state).all()
+            and state not in seen
+            and state in (STATE.APPROACH, STATE.TRACE, STATE.RETRACT, STATE.RETURN)
+        ):
             full = np.linalg.norm(rows["velocity_mm_s"][-1])
             rig.feed_share = share
             slow = rig.run(0.15)
@@ -95,20 +125,35 @@ def test_the_override_acts_on_every_movement(share):
 
 def test_bend_at_a_low_gain():
     """R 3 at a gain of 50: a normal velocity that is missing would show as an error of 0.012 mm or more."""
-    rig = Rig((-15, 0, 0), {"surface_number": SURFACE.CYLINDER, "size_mm": 2}, mode_number=MODE.CONTOUR, approach_dir=(1, 0, 0), gain_hz=50.0,
-              friction_share=0.148)
+    rig = Rig(
+        (-15, 0, 0),
+        {"surface_number": SURFACE.CYLINDER, "size_mm": 2},
+        mode_number=MODE.CONTOUR,
+        approach_dir=(1, 0, 0),
+        gain_hz=50.0,
+        friction_share=0.148,
+    )
     assert np.percentile(error(tracing(ends(rig, STATE.DONE), 0.2)), 99) < 0.005
 
 
 def test_heading_with_dead_time():
     """R 3 with a sensor 10 periods late: a heading that is late too would be off by 4 degrees, an error of 0.02 mm."""
-    rig = Rig((-15, 0, 0), {"surface_number": SURFACE.CYLINDER, "size_mm": 2, "delay_periods": 10}, mode_number=MODE.CONTOUR, approach_dir=(1, 0, 0),
-              dead_time_s=10 * PERIOD_S, feed_mm_s=20.0, friction_share=0.148)
+    rig = Rig(
+        (-15, 0, 0),
+        {"surface_number": SURFACE.CYLINDER, "size_mm": 2, "delay_periods": 10},
+        mode_number=MODE.CONTOUR,
+        approach_dir=(1, 0, 0),
+        dead_time_s=10 * PERIOD_S,
+        feed_mm_s=20.0,
+        friction_share=0.148,
+    )
     assert np.percentile(error(tracing(ends(rig, STATE.DONE), 0.2)), 99) < 0.005
 
 
 def test_no_velocity_above_its_limit():
-    rig = Rig((-15, 0, 3), {"surface_number": SURFACE.CORNER}, feed_mm_s=1e4, max_vel_mm_s=25.0, soft_max_mm=(FAR, FAR, 15.0))
+    rig = Rig(
+        (-15, 0, 3), {"surface_number": SURFACE.CORNER}, feed_mm_s=1e4, max_vel_mm_s=25.0, soft_max_mm=(FAR, FAR, 15.0)
+    )
     rows = ends(rig, STATE.FAULT, FAULT.SOFT_LIMIT)
     speed = np.linalg.norm(rows["velocity_mm_s"], axis=1)
     assert 24.0 < speed.max() <= 25.0 * (1 + 1e-9) and (speed <= rows["velocity_limit_mm_s"] * (1 + 1e-9)).all()
@@ -117,14 +162,15 @@ def test_no_velocity_above_its_limit():
 @pytest.mark.parametrize("hollow", [False, True])
 @pytest.mark.parametrize("radius, feed, periods, most", [(10, 50, 0, 0.005), (3, 20, 3, 0.003)])
 def test_ball(radius, feed, periods, most, hollow):
-    """Lines over a ball, 0.2 s after the landing: from 0.05 s after the beginning of each on, in which the stylus sticks first, and whole."""
+    """Lines over a ball, 0.2 s after the landing: from 0.05 s after the beginning of each on, in which the stylus
+    sticks first, and whole."""
     rows = ends(ball(radius, feed, periods, hollow), STATE.DONE)
     trace = rows["state"] == STATE.TRACE
-    settled = np.convolve(trace, np.ones(50))[:len(rows)] == 50
-    settled[:np.argmax(trace) + 200] = False
+    settled = np.convolve(trace, np.ones(50))[: len(rows)] == 50
+    settled[: np.argmax(trace) + 200] = False
     assert settled.sum() > 300
     assert np.percentile(error(rows[settled]), 99) < most
-    assert np.percentile(error(rows[np.argmax(trace) + 200:][trace[np.argmax(trace) + 200:]]), 99) < most
+    assert np.percentile(error(rows[np.argmax(trace) + 200 :][trace[np.argmax(trace) + 200 :]]), 99) < most
 
 
 @pytest.mark.parametrize("share", [0.3, 1.0])
@@ -132,14 +178,23 @@ def test_ball(radius, feed, periods, most, hollow):
 @pytest.mark.parametrize("angle", [45, 60, 90])
 def test_inside_corner(angle, delay, accel, reach, radius, share):
     """Into a wall at the highest velocity there is: no over-range; the trace goes on up the wall."""
-    rig = Rig((-15, 0, 5), {"surface_number": SURFACE.CORNER, "angle_deg": angle, "delay_periods": delay, "ball_mm": radius},
-              feed_mm_s=1e5, max_vel_mm_s=1e5, acceleration_mm_s2=accel, range_mm=reach, dead_time_s=delay * PERIOD_S,
-              max_jump_mm=2.0, approach_vel_mm_s=5.0, soft_max_mm=(FAR, FAR, 15.0))
+    rig = Rig(
+        (-15, 0, 5),
+        {"surface_number": SURFACE.CORNER, "angle_deg": angle, "delay_periods": delay, "ball_mm": radius},
+        feed_mm_s=1e5,
+        max_vel_mm_s=1e5,
+        acceleration_mm_s2=accel,
+        range_mm=reach,
+        dead_time_s=delay * PERIOD_S,
+        max_jump_mm=2.0,
+        approach_vel_mm_s=5.0,
+        soft_max_mm=(FAR, FAR, 15.0),
+    )
     limit = math.sqrt(2 * accel * (reach - 0.3))
     rig.settings.feed_mm_s = share * limit
     rows = ends(rig, STATE.FAULT, FAULT.SOFT_LIMIT)
     late = delay * PERIOD_S + PERIOD_S
-    exact = accel * (math.sqrt(late ** 2 + 2 * 0.6 * (reach - 0.3) / accel) - late)
+    exact = accel * (math.sqrt(late**2 + 2 * 0.6 * (reach - 0.3) / accel) - late)
     fastest = np.linalg.norm(rows["velocity_mm_s"], axis=1).max()
     assert min(share * limit, exact) * 0.9 < fastest <= exact * (1 + 1e-9) < limit
     assert rows["measured_mm"].max() < 0.3 + 0.9 * (reach - 0.3)
@@ -156,10 +211,17 @@ def test_a_loop_at_the_limit_of_its_gain_is_stable():
 
 # ---- paths ---------------------------------------------------------------------------------------------------------
 
+
 def test_lines_to_and_fro():
     """Each line at its place, the window kept, the ball on the model."""
-    rig = Rig((-8, -4, 12), {"surface_number": SURFACE.BALL, "size_mm": 14}, pick_mm=2.0, feed_mm_s=40.0,
-              window_min_mm=(-8, -4, -FAR), window_max_mm=(8, 4, FAR))
+    rig = Rig(
+        (-8, -4, 12),
+        {"surface_number": SURFACE.BALL, "size_mm": 14},
+        pick_mm=2.0,
+        feed_mm_s=40.0,
+        window_min_mm=(-8, -4, -FAR),
+        window_max_mm=(8, 4, FAR),
+    )
     rows = ends(rig, STATE.DONE)
     assert rows["lines"][-1] == 5
     middle = tracing(rows)
@@ -172,8 +234,14 @@ def test_lines_to_and_fro():
 
 
 def test_lines_one_way():
-    rig = Rig((-8, -4, 16), {"surface_number": SURFACE.BALL, "size_mm": 14}, mode_number=MODE.ONE_WAY, pick_mm=2.0,
-              window_min_mm=(-8, -4, -FAR), window_max_mm=(8, 4, FAR))
+    rig = Rig(
+        (-8, -4, 16),
+        {"surface_number": SURFACE.BALL, "size_mm": 14},
+        mode_number=MODE.ONE_WAY,
+        pick_mm=2.0,
+        window_min_mm=(-8, -4, -FAR),
+        window_max_mm=(8, 4, FAR),
+    )
     rows = ends(rig, STATE.DONE)
     assert rows["lines"][-1] == 5
     along = tracing(rows)
@@ -184,11 +252,20 @@ def test_lines_one_way():
 
 
 @pytest.mark.parametrize("direction", [1, -1])
-@pytest.mark.parametrize("surface, length", [(SURFACE.CYLINDER, 2 * math.pi * 9.7), (SURFACE.BOX, 64 + 2 * math.pi * 0.7)])
+@pytest.mark.parametrize(
+    "surface, length", [(SURFACE.CYLINDER, 2 * math.pi * 9.7), (SURFACE.BOX, 64 + 2 * math.pi * 0.7)]
+)
 def test_contour(surface, length, direction):
     """Three laps at three heights, each 360 degrees and not much more."""
-    rig = Rig((-15, 0, 0), {"surface_number": surface, "size_mm": 9 if surface == SURFACE.CYLINDER else 8}, mode_number=MODE.CONTOUR,
-              direction_sign=direction, approach_dir=(1, 0, 0), pick_mm=-1.0, window_min_mm=(-20, -20, -2.5))
+    rig = Rig(
+        (-15, 0, 0),
+        {"surface_number": surface, "size_mm": 9 if surface == SURFACE.CYLINDER else 8},
+        mode_number=MODE.CONTOUR,
+        direction_sign=direction,
+        approach_dir=(1, 0, 0),
+        pick_mm=-1.0,
+        window_min_mm=(-20, -20, -2.5),
+    )
     rows = ends(rig, STATE.DONE)
     assert rows["lines"][-1] == 3
     traced = tracing(rows)
@@ -201,8 +278,15 @@ def test_contour(surface, length, direction):
 
 def test_partial():
     """Between the window's sides, to and fro, one height below the other."""
-    rig = Rig((-15, 0, 0), {"surface_number": SURFACE.CYLINDER, "size_mm": 9}, mode_number=MODE.PARTIAL, approach_dir=(1, 0, 0), pick_mm=-1.0,
-              window_min_mm=(-20, -7, -2.5), window_max_mm=(20, 7, 10))
+    rig = Rig(
+        (-15, 0, 0),
+        {"surface_number": SURFACE.CYLINDER, "size_mm": 9},
+        mode_number=MODE.PARTIAL,
+        approach_dir=(1, 0, 0),
+        pick_mm=-1.0,
+        window_min_mm=(-20, -7, -2.5),
+        window_max_mm=(20, 7, 10),
+    )
     rows = ends(rig, STATE.DONE)
     assert rows["lines"][-1] == 3 and np.abs(rows["position_mm"][:, 1]).max() < 7.0
     assert tracing(rows)["position_mm"][:, 0].max() < 0.0
@@ -210,6 +294,7 @@ def test_partial():
 
 
 # ---- what ends a trace ---------------------------------------------------------------------------------------------
+
 
 @pytest.mark.parametrize("feed", [10, 40, 70])
 @pytest.mark.parametrize("radius", [0.5, 1.0])
@@ -226,7 +311,9 @@ def test_step_down(feed, radius):
 
 def test_nothing_below_the_edge():
     """A step of 100 mm: the steps back to the model is `lost_mm`, then it is a fault, and the head rests."""
-    rig = Rig((-15, 0, 3), {"surface_number": SURFACE.STEP, "size_mm": 100.0, "ball_mm": 0.5}, feed_mm_s=70, lost_mm=0.5)
+    rig = Rig(
+        (-15, 0, 3), {"surface_number": SURFACE.STEP, "size_mm": 100.0, "ball_mm": 0.5}, feed_mm_s=70, lost_mm=0.5
+    )
     rig.model.angle_deg = 0.0
     rows = ends(rig, STATE.FAULT, FAULT.NO_CONTACT)
     lost = rows[rows["state"] == STATE.LOST]["position_mm"]
@@ -309,8 +396,17 @@ def test_soft_limit():
 
 
 def test_settings_that_cannot_be():
-    for name, value in (("range_mm", 0.2), ("acceleration_mm_s2", math.nan), ("gain_hz", 0.0), ("mode_number", 9), ("scan_axis_number", 2),
-                        ("direction_sign", 0), ("dead_time_s", -1.0), ("deflection_mm", math.inf), ("approach_dir", (0, 0, 0))):
+    for name, value in (
+        ("range_mm", 0.2),
+        ("acceleration_mm_s2", math.nan),
+        ("gain_hz", 0.0),
+        ("mode_number", 9),
+        ("scan_axis_number", 2),
+        ("direction_sign", 0),
+        ("dead_time_s", -1.0),
+        ("deflection_mm", math.inf),
+        ("approach_dir", (0, 0, 0)),
+    ):
         rows = Rig((0, 0, 3), **{name: value}).run(0.1)
         assert (rows["state"] == STATE.FAULT).all() and (rows["fault"] == FAULT.SETTINGS).all(), name
         assert (rows["velocity_mm_s"] == 0.0).all(), name
@@ -325,6 +421,12 @@ def test_limited_by():
             rig = Rig((-15, 0, 3), {"surface_number": surface}, **{**settings, "soft_max_mm": (FAR, FAR, 15.0)})
             for limit in rig.until(STATE.DONE, STATE.FAULT)["limited_by"]:
                 seen[LIMIT(int(limit))] = True
-    rig = Rig((-15, 0, 0), {"surface_number": SURFACE.CYLINDER, "size_mm": 0.5}, feed_mm_s=70.0, mode_number=MODE.CONTOUR, approach_dir=(1, 0, 0))
+    rig = Rig(
+        (-15, 0, 0),
+        {"surface_number": SURFACE.CYLINDER, "size_mm": 0.5},
+        feed_mm_s=70.0,
+        mode_number=MODE.CONTOUR,
+        approach_dir=(1, 0, 0),
+    )
     seen[LIMIT.BEND] = bool((rig.until(STATE.DONE)["limited_by"] == LIMIT.BEND).any())
     assert all(seen.values()), seen

@@ -2,6 +2,7 @@
 """A sensor that lies: each kind is seen, and the stylus, deflected as it really is, stays within its range.
 
 Kinds at random moments: test_tracer_faults.c."""
+
 import ctypes as C
 
 import numpy as np
@@ -12,12 +13,13 @@ from support.random_cases import random_seed
 from support.tracer_rig import FAR, FAULT, PERIOD_S, SETTINGS, STATE, SURFACE, Rig
 
 RANGE_MM = SETTINGS["range_mm"]
-IDLE = 200                  # periods at rest, in which the noise is seen
+IDLE = 200  # periods at rest, in which the noise is seen
 END = (STATE.DONE, STATE.FAULT, STATE.OVER_RANGE)
 
 
 class Head:
-    """The loop of tracer_loop.c with `spoil(reading, period)` between stylus and tracer; `period` counts from the first contact."""
+    """The loop of tracer_loop.c with `spoil(reading, period)` between stylus and tracer; `period` counts from the first
+    contact."""
 
     def __init__(self, model=None, at=(-15, 0, 3), **settings):
         self.rig = Rig(at, model, **settings)
@@ -62,6 +64,7 @@ def frozen_from(start, axes=(0, 1, 2)):
             first = held.setdefault("reading", reading.copy())
             reading[list(axes)] = first[list(axes)]
         return reading
+
     return spoil
 
 
@@ -96,6 +99,7 @@ def test_a_frozen_sensor_before_a_wall():
 
         def spoil(reading, _, held=held, head=head):
             return held.setdefault("reading", reading.copy()) if head.rig.p[0] > -1.2 else reading
+
         head.run(spoil)
         assert head.fault == FAULT.FROZEN, noise
 
@@ -122,11 +126,17 @@ def test_a_weak_sensor():
 
 
 def test_air_is_not_traced():
-    """An amplifier that is dead but for its noise, at the deflection asked for: nothing answers the swing.  Alive, nothing is seen."""
+    """An amplifier that is dead but for its noise, at the deflection asked for: nothing answers the swing.  Alive,
+    nothing is seen."""
     random = np.random.default_rng(random_seed())
     for dead_from, fault in ((600, FAULT.FROZEN), (10000, FAULT.NO_FAULT)):
         head = Head({"noise_mm": 0.0005}, feed_mm_s=5.0, gain_hz=100.0)
-        head.run(lambda reading, period, dead_from=dead_from: reading if period < dead_from else (-0.04, 0.0, 0.297) + random.normal(0, 0.0005, 3), 4500)
+        head.run(
+            lambda reading, period, dead_from=dead_from: (
+                reading if period < dead_from else (-0.04, 0.0, 0.297) + random.normal(0, 0.0005, 3)
+            ),
+            4500,
+        )
         assert head.fault == fault, dead_from
 
 
@@ -139,7 +149,8 @@ def test_a_deflection_in_the_air():
 
 @pytest.mark.parametrize("step_mm", [0.0005, 0.002])
 def test_a_sensor_with_steps(step_mm):
-    """A digital sensor without noise on a flat model: the same reading for long, and no fault; the deflection is held to the swing."""
+    """A digital sensor without noise on a flat model: the same reading for long, and no fault; the deflection is held
+    to the swing."""
     head = Head({"noise_mm": 0.0})
     head.run(lambda reading, _: np.round(reading / step_mm) * step_mm)
     assert head.out.state_number == STATE.DONE and head.worst_mm < 0.32

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The watch over the override (watchdog.h): what a machine that follows it does never trips it, M52 P0 does."""
+
 import math
 
 import numpy as np
@@ -25,8 +26,17 @@ class Machine:
         low, high = self.velocity - self.braking * ACCEL * DT, self.velocity + ACCEL * DT
         self.velocity = min(max(goal, low), high)
         self.scale = scale
-        values = core.WatchdogIn(feed_mode=2, motion=2, programmed_vel_mm_s=F, requested_vel_mm_s=CEILING, override_share=scale,
-                             current_vel_mm_s=self.velocity, acceleration_mm_s2=ACCEL, max_override_share=1.5, period_s=DT)
+        values = core.WatchdogIn(
+            feed_mode=2,
+            motion=2,
+            programmed_vel_mm_s=F,
+            requested_vel_mm_s=CEILING,
+            override_share=scale,
+            current_vel_mm_s=self.velocity,
+            acceleration_mm_s2=ACCEL,
+            max_override_share=1.5,
+            period_s=DT,
+        )
         for name, value in changes.items():
             setattr(values, name, value)
         return core.follows_override(self.watch, values)
@@ -39,8 +49,10 @@ def test_it_is_seen_in_time():
         if not machine.step(0.1):
             break
     assert machine.velocity <= 1.5 * F * 1.02 + 7 * ACCEL * DT
-    assert not core.follows_override(machine.watch, core.WatchdogIn(feed_mode=2, motion=2))      # kept while a move is there
-    assert core.follows_override(machine.watch, core.WatchdogIn(feed_mode=2, motion=0))          # and let go with it
+    assert not core.follows_override(
+        machine.watch, core.WatchdogIn(feed_mode=2, motion=2)
+    )  # kept while a move is there
+    assert core.follows_override(machine.watch, core.WatchdogIn(feed_mode=2, motion=0))  # and let go with it
 
 
 def test_it_stops_and_stays_stopped():
@@ -65,17 +77,23 @@ def test_a_machine_that_follows_is_never_stopped(override, braking):
 
 def test_what_is_not_judged():
     """No ceiling, other motions, a move that follows the spindle."""
-    for changes in (dict(programmed_vel_mm_s=0.0), dict(programmed_vel_mm_s=CEILING), dict(motion=1), dict(motion=4),
-                    dict(feed_mode=0, programmed_vel_mm_s=0.0), dict(feed_mode=0, programmed_vel_mm_s=CEILING)):
+    for changes in (
+        dict(programmed_vel_mm_s=0.0),
+        dict(programmed_vel_mm_s=CEILING),
+        dict(motion=1),
+        dict(motion=4),
+        dict(feed_mode=0, programmed_vel_mm_s=0.0),
+        dict(feed_mode=0, programmed_vel_mm_s=CEILING),
+    ):
         machine = Machine(follows=False)
         assert all(machine.step(0.01, **changes) for _ in range(300)), changes
     machine = Machine(follows=False)
     assert machine.step(0.1, current_vel_mm_s=0.0, is_index_enabled=1)
     assert all(machine.step(0.1, current_vel_mm_s=30.0) for _ in range(2000))
-    machine.step(0.1, current_vel_mm_s=0.0)                                           # a tap turns round
+    machine.step(0.1, current_vel_mm_s=0.0)  # a tap turns round
     assert all(machine.step(0.1, current_vel_mm_s=30.0) for _ in range(200))
     for _ in range(150):
-        machine.step(0.1, current_vel_mm_s=0.0)                                       # it has ended
+        machine.step(0.1, current_vel_mm_s=0.0)  # it has ended
     assert not all(machine.step(0.1, current_vel_mm_s=30.0) for _ in range(50))
 
 
@@ -123,9 +141,18 @@ class Soft(Machine):
         self.gain += min(max(wanted - self.gain, -self.jerk * DT), self.jerk * DT)
         self.velocity = max(0.0, self.velocity + self.gain * DT)
         self.scale = scale
-        values = core.WatchdogIn(feed_mode=2, motion=2, programmed_vel_mm_s=F, requested_vel_mm_s=CEILING, override_share=scale,
-                             current_vel_mm_s=self.velocity, acceleration_mm_s2=ACCEL, max_override_share=1.0, period_s=DT,
-                             max_jerk_mm_s3=self.jerk if self.told else 0.0)
+        values = core.WatchdogIn(
+            feed_mode=2,
+            motion=2,
+            programmed_vel_mm_s=F,
+            requested_vel_mm_s=CEILING,
+            override_share=scale,
+            current_vel_mm_s=self.velocity,
+            acceleration_mm_s2=ACCEL,
+            max_override_share=1.0,
+            period_s=DT,
+            max_jerk_mm_s3=self.jerk if self.told else 0.0,
+        )
         return core.follows_override(self.watch, values)
 
 
@@ -154,13 +181,14 @@ def test_an_ignored_override_is_seen_with_a_bounded_jerk(jerk):
 
 
 class Blends(Machine):
-    """A planner that goes from segment to segment by parabolic blends (tp/tp.c, tpUpdateBlend): off the first at its own
-    acceleration, onto the second at that one's, up to what the override allows there; current-vel is the sum of both."""
+    """A planner that goes from segment to segment by parabolic blends (tp/tp.c, tpUpdateBlend): off the first at its
+    own acceleration, onto the second at that one's, up to what the override allows there; current-vel is the sum of
+    both."""
 
     def __init__(self, first=0.23, second=0.5, told=True, **how):
         super().__init__(**how)
         self.first, self.second, self.told = first * ACCEL, second * ACCEL, told
-        self.rest = 0.0                                 # velocity on the segment that is left
+        self.rest = 0.0  # velocity on the segment that is left
 
     def blend(self):
         """The next segment begins; the first is the one the tool is on."""
@@ -172,9 +200,23 @@ class Blends(Machine):
         self.rest = max(0.0, self.rest - self.first * DT)
         self.velocity = min(max(goal, self.velocity - accel * DT), self.velocity + accel * DT)
         self.scale = scale
-        told = dict(blend_vel_mm_s=min(self.rest, self.velocity), braking_mm_s2=min(self.first, self.second)) if self.told else {}
-        values = core.WatchdogIn(feed_mode=2, motion=2, programmed_vel_mm_s=F, requested_vel_mm_s=CEILING, override_share=scale,
-                             current_vel_mm_s=self.rest + self.velocity, acceleration_mm_s2=ACCEL, max_override_share=1.5, period_s=DT, **told)
+        told = (
+            dict(blend_vel_mm_s=min(self.rest, self.velocity), braking_mm_s2=min(self.first, self.second))
+            if self.told
+            else {}
+        )
+        values = core.WatchdogIn(
+            feed_mode=2,
+            motion=2,
+            programmed_vel_mm_s=F,
+            requested_vel_mm_s=CEILING,
+            override_share=scale,
+            current_vel_mm_s=self.rest + self.velocity,
+            acceleration_mm_s2=ACCEL,
+            max_override_share=1.5,
+            period_s=DT,
+            **told,
+        )
         return core.follows_override(self.watch, values)
 
 
@@ -201,7 +243,8 @@ def test_the_check_sees_a_blend_not_told():
 
 
 def test_random_blends_and_overrides():
-    """With the least braking of LinuxCNC's segments: 0.5 x 0.5 x (1 - what a bend in the path takes of it, 0.71 at most)."""
+    """With the least braking of LinuxCNC's segments: 0.5 x 0.5 x (1 - what a bend in the path takes of it, 0.71 at
+    most)."""
     random = np.random.default_rng(random_seed())
     machine, scale = Blends(override=1.5), 1.0
     for _ in range(20000):
@@ -215,7 +258,8 @@ def test_random_blends_and_overrides():
 
 @pytest.mark.parametrize("periods", [0, 50, 200])
 def test_an_ignored_override_is_seen_in_a_blend(periods):
-    """Adaptive feed is switched off `periods` into a blend: seen before the segment that speeds up is faster than the rule says."""
+    """Adaptive feed is switched off `periods` into a blend: seen before the segment that speeds up is faster than the
+    rule says."""
     machine = Blends(override=1.0)
     assert blended(machine, 0.1, periods)[0]
     machine.follows = False

@@ -39,15 +39,17 @@ def test_a_rounded_square_from_inside():
         assert len(flat) == 9 + 2
         assert sum(e.kind == "arc" for e in flat) == 4 + 2
     assert len({p[:2] for p in plunges}) == 1 and len(plunges) == 3
-    assert plunges[0][:2] == pytest.approx((20.0, 9.0))     # two tool radii beside the path, at the contour's own start
-    assert sum(e.kind == "rapid" for e in elements) == 3    # over it, down to R; up at the end
+    assert plunges[0][:2] == pytest.approx((20.0, 9.0))  # two tool radii beside the path, at the contour's own start
+    assert sum(e.kind == "rapid" for e in elements) == 3  # over it, down to R; up at the end
 
 
 def test_feeds():
     plan = contour_plan(request(approach=2.0))
     for move in plan.moves:
         if isinstance(move, Line):
-            assert move.feed == (200.0 if move.x is None else pytest.approx(400.0) if move.z == -6.0 else 600.0)     # 30 degrees: 200 / sin 30
+            assert move.feed == (
+                200.0 if move.x is None else pytest.approx(400.0) if move.z == -6.0 else 600.0
+            )  # 30 degrees: 200 / sin 30
         elif isinstance(move, Arc):
             assert move.feed == 600.0
 
@@ -77,10 +79,13 @@ def test_direction_is_the_contours():
 def test_slanted_approach_and_mirrored_departure():
     """K2 at 30 degrees: PA 2 mm above Pi and 2/tan 30 beside it; the same way out."""
     plan, elements, slants, plunges = done(request(approach=2.0, depth_step=4.0))
-    assert [(dz, down) for dz, _angle, _off, down in slants] == [(pytest.approx(2.0), True), (pytest.approx(2.0), False)] * 2
+    assert [(dz, down) for dz, _angle, _off, down in slants] == [
+        (pytest.approx(2.0), True),
+        (pytest.approx(2.0), False),
+    ] * 2
     assert plan.notes == ()
     first = next(e for e in elements if e.kind == "feed")
-    assert first.b == pytest.approx((20.0, 3.0 + 2.0 / math.tan(math.pi / 6), 0.0))      # PA of the pass at Z-2
+    assert first.b == pytest.approx((20.0, 3.0 + 2.0 / math.tan(math.pi / 6), 0.0))  # PA of the pass at Z-2
     assert all(p[2] > 3.0 + 3.4 for p in plunges)
 
 
@@ -125,8 +130,20 @@ def test_open_contour():
 
 def test_a_neck_parts_the_path():
     """Two chambers joined by a neck of 4 mm: the tool of 6 mm cuts each in turn, up and across between them."""
-    shape = polygon((0.0, 0.0), (30.0, 0.0), (30.0, 13.0), (50.0, 13.0), (50.0, 0.0), (80.0, 0.0), (80.0, 30.0),
-                    (50.0, 30.0), (50.0, 17.0), (30.0, 17.0), (30.0, 30.0), (0.0, 30.0))
+    shape = polygon(
+        (0.0, 0.0),
+        (30.0, 0.0),
+        (30.0, 13.0),
+        (50.0, 13.0),
+        (50.0, 0.0),
+        (80.0, 0.0),
+        (80.0, 30.0),
+        (50.0, 30.0),
+        (50.0, 17.0),
+        (30.0, 17.0),
+        (30.0, 30.0),
+        (0.0, 30.0),
+    )
     plan, elements, _slants, plunges = done(request(shape, finish=True, depth_step=4.0))
     assert len({p[:2] for p in plunges}) == 2 and len(plunges) == 4
     (neck, lengths), (corners, sizes) = plan.notes
@@ -152,7 +169,8 @@ def test_spot():
 
 @pytest.mark.parametrize("late", [(0.0, 0.0), (0.0, 1e-9), (1e-9, 0.0), (-1e-9, 1e-9)])
 def test_rounding_does_not_choose_the_entry(late):
-    """Four sides are equally long but for what a change of units does to a corner: entered in the middle of the first."""
+    """Four sides are equally long but for what a change of units does to a corner: entered in the middle of the
+    first."""
     corners = [(0.0, 0.0), (40.0, 0.0), (40.0, 40.0), (0.0, 40.0)]
     for corner in range(4):
         moved = [(x + late[0], y + late[1]) if k == corner else (x, y) for k, (x, y) in enumerate(corners)]
@@ -171,8 +189,8 @@ def test_slug_is_chopped_first_and_left_through_an_open_kerf():
     assert plan.chop.chopped and plan.chop.largest_piece < 8.0
     arcs = [k for k, e in enumerate(elements) if e.kind == "arc"]
     lead = elements[arcs[0]]
-    assert lead.a[:2] == pytest.approx(lead.b[:2])          # the lead circle as a whole
-    assert not any(e.kind == "feed" and math.dist(e.a[:2], e.b[:2]) > 30 for e in elements[arcs[0]:])
+    assert lead.a[:2] == pytest.approx(lead.b[:2])  # the lead circle as a whole
+    assert not any(e.kind == "feed" and math.dist(e.a[:2], e.b[:2]) > 30 for e in elements[arcs[0] :])
     assert not contour_plan(request(finish=True)).chop.chopped
     assert not contour_plan(request(finish=True, side=42, chop_size=8.0)).chop.chops
     assert not contour_plan(request(finish=False, chop_size=8.0)).chop.chops
@@ -192,7 +210,10 @@ REFUSED = [
     (dict(passes=0), "L0 radial passes are not from 1 to 200"),
     (dict(passes=2000), "L2000 radial passes are not from 1 to 200"),
     (dict(passes=2), "L2 radial passes without a step D; add D of at most 6 mm"),
-    (dict(passes=2, step=7.0), "radial step D7 mm is larger than the tool (6 mm) and would leave ridges; use D up to 6 mm"),
+    (
+        dict(passes=2, step=7.0),
+        "radial step D7 mm is larger than the tool (6 mm) and would leave ridges; use D up to 6 mm",
+    ),
     (dict(step=-1.0), "radial step D-1 mm is not above 0"),
     (dict(approach=0.0), "approach height K0 mm is not above 0"),
     (dict(angle=0.0), "approach angle 0 is not above 0 and up to 90 degrees"),
@@ -258,22 +279,26 @@ def test_oracle_sees_a_path_left_out():
     for number, e in enumerate(elements):
         if e.kind != "rapid" and e.a[2] == e.b[2] and math.dist(e.a[:2], e.b[:2]) > 25:
             with pytest.raises(AssertionError):
-                judge(r, elements[:number] + elements[number + 1:])
+                judge(r, elements[:number] + elements[number + 1 :])
 
 
 def test_oracle_sees_a_low_rapid_and_a_wrong_slant():
     r = request(approach=3.0)
     elements = walk(contour_plan(r).moves, r.start)
-    for change in (lambda e: dataclasses.replace(e, kind="rapid") if e.kind == "feed" else e,
-                   lambda e: dataclasses.replace(e, a=(e.a[0] + 0.3, *e.a[1:])) if e.a[2] > e.b[2] else e):
+    for change in (
+        lambda e: dataclasses.replace(e, kind="rapid") if e.kind == "feed" else e,
+        lambda e: dataclasses.replace(e, a=(e.a[0] + 0.3, *e.a[1:])) if e.a[2] > e.b[2] else e,
+    ):
         with pytest.raises(AssertionError):
             judge(r, [change(e) for e in elements])
 
 
 def test_approaches_are_judged_against_the_whole_contour(monkeypatch):
     """Without that judgement the oracle finds gouges: it is needed, and the oracle sees it."""
+
     def everywhere(self, point, *rest):
         return np.ones(len(point), bool)
+
     monkeypatch.setattr(cycle.LeadInClearance, "for_lead", everywhere)
     monkeypatch.setattr(cycle.LeadInClearance, "for_slant", everywhere)
     monkeypatch.setattr(cycle.LeadInClearance, "for_free_slant", everywhere)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""geometry/slug/slug.py and cycles/contour_chop.py: random contours before an oracle written apart, known shapes, order.
+"""geometry/slug/slug.py and cycles/contour_chop.py: random contours before an oracle written apart, known shapes,
+order.
 
 CHIPWISE_RANDOM_COUNT and CHIPWISE_SEED; bench/bench_chop.py judges 500 and more.
 """
@@ -81,11 +82,12 @@ def test_a_piece_does_not_fall_with_the_rim_a_thin_bridge_holds(monkeypatch):
 
 @pytest.mark.parametrize("seed", range(0, 30, 5))
 def test_where_the_pass_begins(seed):
-    """A tool diameter and a bridge away from each line but one it lies on, or straight down in the open kerf of a line."""
+    """A tool diameter and a bridge away from each line but one it lies on, or straight down in the open kerf of a
+    line."""
     _, loops, radius, chop_size = chop_case(seed, small=True)
     done = Chopped(loops, radius, chop_size)
     for path in done.paths if len(loops) == 1 and done.plan.chopped else []:
-        led_in = path[0][0] == "A" and abs(path[0][7]) > 6.28          # a full circle, then half of it
+        led_in = path[0][0] == "A" and abs(path[0][7]) > 6.28  # a full circle, then half of it
         place, gaps = path[1][3:5] if led_in else path[0][1:3], []
         for (ax, ay), (bx, by) in done.plan.segments:
             n2 = (bx - ax) ** 2 + (by - ay) ** 2
@@ -104,7 +106,7 @@ def test_where_the_pass_begins(seed):
 def test_square_in_any_direction(degrees):
     """Slug 36 mm (tool 2): 4 x 4 parts of 9.5 - 2 = 7.5 mm have a diagonal of 10.607 mm; 3 x 5 one of 13.0."""
     done = Chopped([outline(*turned(SQUARE, degrees))], 1.0, 10.65)
-    chop, = done.plan.chops
+    (chop,) = done.plan.chops
     assert len(chop.segments) == 6 and chop.pieces == 16
     assert chop.largest == pytest.approx(7.5 * math.sqrt(2), abs=0.01)
     assert math.degrees(chop.angle) % 90 == pytest.approx(degrees, abs=0.01)
@@ -114,7 +116,7 @@ def test_square_in_any_direction(degrees):
 def test_narrow_slug_takes_one_group():
     """A slot of 9 mm with a 2 mm tool leaves a bar of 5 mm: only lines across, though three along it would clear it."""
     done = Chopped([outline((0.0, 0.0), (80.0, 0.0), (80.0, 9.0), (0.0, 9.0))], 1.0, 12.0)
-    chop, = done.plan.chops
+    (chop,) = done.plan.chops
     assert {tuple(np.round(abs(np.subtract(*segment)), 3)) for segment in chop.segments} == {(0.0, 7.0)}
     # 76 mm of slug, n parts of 78 / n - 2, diagonal with 5 mm below 11.99: n = 7
     assert len(chop.segments) == 6 and verdict(done)[0] == []
@@ -129,8 +131,19 @@ def test_lines_end_one_tool_radius_inside():
 def test_round_contour_takes_no_more_lines_than_the_hole():
     for diameter, tool, h in ((50, 0.8, 5), (40, 3, 8), (30, 1, 8), (60, 6, 12)):
         done = Chopped([ring(diameter / 2)], tool / 2, h)
-        request = hole.HoleRequest(x=0, y=0, bottom=-1, clearance=1, radius=diameter / 2, ccw=True, tool_radius=tool / 2,
-                                   feed=1, plunge_feed=1, start=(0, 0, 1), chop_size=h)
+        request = hole.HoleRequest(
+            x=0,
+            y=0,
+            bottom=-1,
+            clearance=1,
+            radius=diameter / 2,
+            ccw=True,
+            tool_radius=tool / 2,
+            feed=1,
+            plunge_feed=1,
+            start=(0, 0, 1),
+            chop_size=h,
+        )
         assert len(done.plan.chops[0].segments) <= 2 * (hole.chop_parts(request) - 1)
         assert verdict(done)[0] == []
 
@@ -138,13 +151,13 @@ def test_round_contour_takes_no_more_lines_than_the_hole():
 def test_ring_about_an_island():
     """The slug is a ring of 1.5 mm; the island stays whole and does not count as a slug."""
     done = Chopped([ring(8.0), ring(4.5, line=2)], 0.5, 5.0)
-    chop, = done.plan.chops
+    (chop,) = done.plan.chops
     assert chop.pieces >= 8 and chop.largest < 5.0
     assert verdict(done, stages=True)[0] == []
 
 
 def test_small_slug_is_left_whole():
-    done = Chopped([ring(6.0)], 1.0, 8.1)                      # slug of 8 mm
+    done = Chopped([ring(6.0)], 1.0, 8.1)  # slug of 8 mm
     assert not done.plan.chopped and done.plan.pieces == 1 and done.moves == ()
     assert done.plan.largest_piece == pytest.approx(8.0, abs=0.01)
     assert Chopped([ring(6.0)], 1.0, 8.0).plan.chopped
@@ -157,9 +170,9 @@ def test_never_chop():
 
 def test_no_slug():
     assert Chopped([ring(2.0)], 1.0, 1.0).plan.chops == ()
-    assert Chopped([ring(1.0)], 1.0, 1.0).plan.chops == ()      # the tool fits once
+    assert Chopped([ring(1.0)], 1.0, 1.0).plan.chops == ()  # the tool fits once
     bar = outline((0.0, 0.0), (80.0, 0.0), (80.0, 8.0), (0.0, 8.0))
-    assert Chopped([bar], 2.0, 12.0).plan.chops == ()           # twice the tool wide: nothing is left between
+    assert Chopped([bar], 2.0, 12.0).plan.chops == ()  # twice the tool wide: nothing is left between
 
 
 def test_chop_size_too_small_for_the_tool_clears():
@@ -173,8 +186,20 @@ def test_chop_size_too_small_for_the_tool_clears():
 def dumbbell(neck):
     """Two squares of 16 mm joined by a channel 12 mm long and `neck` wide."""
     h = neck / 2
-    return outline((0.0, -8.0), (16.0, -8.0), (16.0, -h), (28.0, -h), (28.0, -8.0), (44.0, -8.0), (44.0, 8.0), (28.0, 8.0),
-                   (28.0, h), (16.0, h), (16.0, 8.0), (0.0, 8.0))
+    return outline(
+        (0.0, -8.0),
+        (16.0, -8.0),
+        (16.0, -h),
+        (28.0, -h),
+        (28.0, -8.0),
+        (44.0, -8.0),
+        (44.0, 8.0),
+        (28.0, 8.0),
+        (28.0, h),
+        (16.0, h),
+        (16.0, 8.0),
+        (0.0, 8.0),
+    )
 
 
 @pytest.mark.parametrize("neck, paths, slugs", [(1.5, 2, 2), (3.0, 1, 2), (4.5, 1, 1)])
@@ -210,8 +235,10 @@ def test_what_hangs_on_a_thin_bridge_may_break(bridge, breaks):
     loose = polygons.badly_held(stock, polygons.box(0, 0, 20, 10), grid.BRIDGE)
     sizes = [hole_oracle.enclosing_diameter(outline) for outline in loose]
     assert bool(sizes) == breaks
-    if breaks:      # the tongue with its bridge
-        assert max(sizes) == pytest.approx(hole_oracle.enclosing_diameter([(0, 6), (0, 6.09), (11, 5), (11, 9)]), abs=0.3)
+    if breaks:  # the tongue with its bridge
+        assert max(sizes) == pytest.approx(
+            hole_oracle.enclosing_diameter([(0, 6), (0, 6.09), (11, 5), (11, 9)]), abs=0.3
+        )
 
 
 def test_two_bodies_on_a_thin_bridge_count_as_one():
@@ -223,8 +250,9 @@ def test_two_bodies_on_a_thin_bridge_count_as_one():
 
 
 def test_a_grid_that_leaves_a_large_piece_on_a_bridge_is_not_taken(monkeypatch):
-    """Without the rule, in case 30 a third as large, every piece fits when all is cut, but one cell, 1.07 mm with H 1.046,
-    hangs on a bridge of 0.05 mm between the ends of two lines until the contour is cut.  The flood fill sees it fall."""
+    """Without the rule, in case 30 a third as large, every piece fits when all is cut, but one cell, 1.07 mm with H
+    1.046, hangs on a bridge of 0.05 mm between the ends of two lines until the contour is cut.  The flood fill sees it
+    fall."""
     _, loops, radius, chop_size = chop_case(30, small=True)
     kept = Chopped(loops, radius, chop_size)
     assert verdict(kept, stages=True)[0] == []
@@ -242,8 +270,11 @@ def test_no_fins():
         _, loops, radius, chop_size = chop_case(seed)
         for chop in Chopped(loops, radius, chop_size).plan.chops:
             for group in chop.groups:
-                across = np.array((-math.sin(chop.angle), math.cos(chop.angle)) if group is chop.groups[0]
-                                  else (math.cos(chop.angle), math.sin(chop.angle)))
+                across = np.array(
+                    (-math.sin(chop.angle), math.cos(chop.angle))
+                    if group is chop.groups[0]
+                    else (math.cos(chop.angle), math.sin(chop.angle))
+                )
                 at = [float(np.dot(line[0][0], across)) for line in group]
                 gaps = np.diff(at) - 2 * radius
                 assert np.all((gaps >= grid.BRIDGE - 1e-6) | (gaps <= -grid.OVERLAP + 1e-6))

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """G77 with several radial passes: chamber by chamber, from the outside in, open paths to and fro."""
+
 import dataclasses
 import math
 
@@ -20,12 +21,38 @@ from chipwise.geometry.base import elements as runs
 from chipwise.geometry.base.contour import make_contour
 
 # Three chambers in a row, 30 x 30 mm; the necks of 9 mm let only the inner pass of a tool of 6 mm through.
-CHAMBERS = ((0, 0), (30, 0), (30, 10), (40, 10), (40, 0), (70, 0), (70, 10), (80, 10), (80, 0), (110, 0), (110, 30), (80, 30), (80, 19),
-            (70, 19), (70, 30), (40, 30), (40, 19), (30, 19), (30, 30), (0, 30))
+CHAMBERS = (
+    (0, 0),
+    (30, 0),
+    (30, 10),
+    (40, 10),
+    (40, 0),
+    (70, 0),
+    (70, 10),
+    (80, 10),
+    (80, 0),
+    (110, 0),
+    (110, 30),
+    (80, 30),
+    (80, 19),
+    (70, 19),
+    (70, 30),
+    (40, 30),
+    (40, 19),
+    (30, 19),
+    (30, 30),
+    (0, 30),
+)
 ROW = request(polygon(*[(float(x), float(y)) for x, y in CHAMBERS]), passes=4, step=2.0, depth_step=4.0)
 
 # A wall with two bends, open.
-WALL = request(polygon((0.0, 0.0), (40.0, 0.0), (55.0, 15.0), (80.0, 15.0), closed=False), side=42, passes=3, step=2.0, depth_step=4.0)
+WALL = request(
+    polygon((0.0, 0.0), (40.0, 0.0), (55.0, 15.0), (80.0, 15.0), closed=False),
+    side=42,
+    passes=3,
+    step=2.0,
+    depth_step=4.0,
+)
 
 
 def done(r):
@@ -38,14 +65,17 @@ def done(r):
 def least_entries(r):
     """entries() of the judge for a closed contour."""
     contour = make_contour(list(r.shape))
-    outline = geometry.Polygon(np.concatenate([point(view, np.linspace(0.0, 1.0, 200)[:-1]) for view in from_elements(contour.elements)])).buffer(0)
+    outline = geometry.Polygon(
+        np.concatenate([point(view, np.linspace(0.0, 1.0, 200)[:-1]) for view in from_elements(contour.elements)])
+    ).buffer(0)
     inside = (runs.area(contour.elements) > 0.0) == (r.side == 41)
     levels = 1 if r.depth_step is None else math.ceil((r.clearance - r.bottom) / r.depth_step - 1e-6)
     return judge.entries(outline, inside, radial_distances(r), levels)
 
 
 def test_chambers_are_finished_one_after_the_other():
-    """Three entries a level: a chamber's three outer passes follow one another, and the pass through the necks the last chamber."""
+    """Three entries a level: a chamber's three outer passes follow one another, and the pass through the necks the last
+    chamber."""
     elements, finish, distances, closed = done(ROW)
     assert least_entries(ROW) == 6
     assert judge.lifts(elements) == 5
@@ -73,7 +103,10 @@ def test_one_chamber_is_entered_once(side):
     r = request(rounded_square(60.0, 5.0), side=side, passes=4, step=2.0, depth_step=2.0)
     elements, finish, distances, closed = done(r)
     assert judge.lifts(elements) == 0
-    assert judge.too_early(elements, finish, distances, closed) == [] and judge.through(elements, finish, distances, 3.0) < 0.05
+    assert (
+        judge.too_early(elements, finish, distances, closed) == []
+        and judge.through(elements, finish, distances, 3.0) < 0.05
+    )
 
 
 def directions(elements):
@@ -94,9 +127,19 @@ def test_open_passes_keep_the_direction_of_the_sub():
 def test_open_passes_to_and_fro_are_entered_once():
     """Six passes: each begins at the end at which the tool is; none is left out or cut out of turn."""
     elements, finish, distances, closed = done(dataclasses.replace(WALL, to_and_fro=True))
-    assert directions(elements) == [(-2.0, 7.0, 1), (-2.0, 5.0, -1), (-2.0, 3.0, 1), (-6.0, 7.0, -1), (-6.0, 5.0, 1), (-6.0, 3.0, -1)]
+    assert directions(elements) == [
+        (-2.0, 7.0, 1),
+        (-2.0, 5.0, -1),
+        (-2.0, 3.0, 1),
+        (-6.0, 7.0, -1),
+        (-6.0, 5.0, 1),
+        (-6.0, 3.0, -1),
+    ]
     assert judge.lifts(elements) == 0
-    assert judge.too_early(elements, finish, distances, closed) == [] and judge.through(elements, finish, distances, 3.0) < 2.0
+    assert (
+        judge.too_early(elements, finish, distances, closed) == []
+        and judge.through(elements, finish, distances, 3.0) < 2.0
+    )
 
 
 def test_one_pass_in_depths_to_and_fro():
@@ -111,34 +154,52 @@ def test_random_contours_are_cut_from_the_outside_in():
     count = random_count(6)
     for seed in range(random_seed(), random_seed() + count):
         r = random_request(seed)
-        r = dataclasses.replace(r, passes=3, step=0.8 * r.tool_radius, finish=False, depth_step=6.0, approach=None, to_and_fro=bool(seed % 2))
+        r = dataclasses.replace(
+            r,
+            passes=3,
+            step=0.8 * r.tool_radius,
+            finish=False,
+            depth_step=6.0,
+            approach=None,
+            to_and_fro=bool(seed % 2),
+        )
         try:
             elements, finish, distances, closed = done(r)
         except CycleError as error:
             assert "fits nowhere" in str(error)
             continue
-        assert judge.too_early(elements, finish, distances, closed) == [], f"CHIPWISE_SEED={seed} CHIPWISE_RANDOM_COUNT=1"
+        assert judge.too_early(elements, finish, distances, closed) == [], (
+            f"CHIPWISE_SEED={seed} CHIPWISE_RANDOM_COUNT=1"
+        )
 
 
-# ---- the judge must be able to fail ------------------------------------------------------------------------------------
+# ---- the judge must be able to fail ----------------------------------------------------------------------------------
 
 
 def test_the_judge_sees_passes_that_are_out_of_turn(monkeypatch):
     """Pass by pass, as it was: too many lifts.  From the inside out: each pass meets what the next should have cut."""
+
     def planned(chambers):
         monkeypatch.setattr(cycle, "chambers", chambers)
         contour_plan.cache_clear()
         found = done(ROW)
         contour_plan.cache_clear()
         return found
-    elements, finish, distances, closed = planned(lambda radial, step, normals: [[path for paths in radial for path in paths]])
+
+    elements, finish, distances, closed = planned(
+        lambda radial, step, normals: [[path for paths in radial for path in paths]]
+    )
     assert judge.lifts(elements) > 5 and judge.too_early(elements, finish, distances, closed) == []
-    elements, finish, distances, closed = planned(lambda radial, step, normals: [[path for paths in radial[::-1] for path in paths]])
+    elements, finish, distances, closed = planned(
+        lambda radial, step, normals: [[path for paths in radial[::-1] for path in paths]]
+    )
     assert len(judge.too_early(elements, finish, distances, closed)) > 50
 
 
 def test_the_judge_sees_a_link_through_stock():
     elements, finish, distances, closed = done(request(rounded_square(60.0, 5.0), passes=4, step=2.0))
     far = next(k for k, e in enumerate(elements) if e.kind == "arc")
-    across = dataclasses.replace(elements[far], kind="feed", a=(29.0, 30.0, elements[far].a[2]), b=(31.0, 30.0, elements[far].a[2]))
+    across = dataclasses.replace(
+        elements[far], kind="feed", a=(29.0, 30.0, elements[far].a[2]), b=(31.0, 30.0, elements[far].a[2])
+    )
     assert judge.through([*elements[:far], across, *elements[far:]], finish, distances, 3.0) > 20.0

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Levels of the cycles without J: random cases before columns written apart; the rule itself; and the oracle's own failures."""
+"""Levels of the cycles without J: random cases before columns written apart; the rule itself; and the oracle's own
+failures."""
+
 import dataclasses
 import math
 import random
@@ -16,16 +18,20 @@ from support.flute_oracle import deepest
 from support.hole_oracle import walk
 from support.random_cases import random_count, random_seed
 
-SMALL = 1e-6        # mm; of the rule: as EQUAL of the cycles
-CELLS = 5           # of a tool's radius
+SMALL = 1e-6  # mm; of the rule: as EQUAL of the cycles
+CELLS = 5  # of a tool's radius
 
 
 def heights(rng):
     """Words of depth: R, Z, the flute length and the top of the stock, mm, from far below Z to far above R."""
     bottom = -rng.uniform(1, 12)
     clearance = bottom + rng.uniform(0.5, 30)
-    return dict(bottom=bottom, clearance=clearance, depth_step=rng.uniform(2, 15),
-                stock_top=bottom + rng.uniform(-0.2, 1.2) * (clearance - bottom))
+    return dict(
+        bottom=bottom,
+        clearance=clearance,
+        depth_step=rng.uniform(2, 15),
+        stock_top=bottom + rng.uniform(-0.2, 1.2) * (clearance - bottom),
+    )
 
 
 def hole_case(rng, seed):
@@ -84,7 +90,8 @@ def test_no_pass_is_deeper_in_the_stock_than_the_flutes(name, capsys):
 
 
 def test_levels_of_random_heights():
-    """Never more passes than from R, never a step above the flutes, unchanged if nothing is saved, and as few as can be."""
+    """Never more passes than from R, never a step above the flutes, unchanged if nothing is saved, and as few as can
+    be."""
     rng, fewer = random.Random(random_seed()), 0
     for _ in range(random_count(3000)):
         h = heights(rng)
@@ -106,10 +113,10 @@ def test_a_region_above_the_stock_takes_no_pass():
     assert depth_levels(20, -8, 10) == pytest.approx([20 - 28 / 3, 20 - 56 / 3, -8])
     assert depth_levels(20, -8, 10, 0) == [-8]
     assert depth_levels(20, -18, 10, 0) == [-9, -18]
-    assert depth_levels(20, -8, 10, -30) == [-8]            # only air
+    assert depth_levels(20, -8, 10, -30) == [-8]  # only air
     assert depth_levels(1, -8, 10, 0) == depth_levels(1, -8, 10)
-    assert depth_levels(1, -16, 8.5, 0) == [-7.5, -16]      # nothing is saved: as from R
-    assert depth_levels(-4, -8, 3, 0) == depth_levels(-4, -8, 3)    # R inside a pocket that is open already
+    assert depth_levels(1, -16, 8.5, 0) == [-7.5, -16]  # nothing is saved: as from R
+    assert depth_levels(-4, -8, 3, 0) == depth_levels(-4, -8, 3)  # R inside a pocket that is open already
     assert depth_levels(5, -8, None, 0) == [-8]
 
 
@@ -117,6 +124,6 @@ def test_the_oracle_sees_a_pass_that_is_too_deep():
     r = hole_judge.request(chop_size=0.0, clearance=12.0, bottom=-6.0, depth_step=6.5, stock_top=0.0, tool_radius=2.0)
     elements = walk(hole.hole_plan(r).moves, r.start)
     assert deepest(elements, 0.0, 2.0, 0.25)[0] == pytest.approx(6.0)
-    assert deepest(elements, 4.0, 2.0, 0.25)[0] == pytest.approx(10.0)      # the stock is higher than M250 has said
+    assert deepest(elements, 4.0, 2.0, 0.25)[0] == pytest.approx(10.0)  # the stock is higher than M250 has said
     one = walk(hole.hole_plan(dataclasses.replace(r, bottom=-9.0, depth_step=None)).moves, r.start)
     assert deepest(one, 0.0, 2.0, 0.25)[0] == pytest.approx(9.0)

@@ -33,23 +33,33 @@ def test_random_holes(capsys):
             raised += hole.chop_parts(r) > disc.patent_parts(2 * r.radius, r.chop_size)
         worst_out, worst_gap = max(worst_out, out), max(worst_gap, gap)
     with capsys.disabled():
-        print(f"\n{count} holes: {chopped} of chop size, n raised {raised} times, largest piece {worst:.4f} H, "
-              f"kerf outside {worst_out:.2e} mm, wall gap {worst_gap:.2e} mm")
+        print(
+            f"\n{count} holes: {chopped} of chop size, n raised {raised} times, largest piece {worst:.4f} H, "
+            f"kerf outside {worst_out:.2e} mm, wall gap {worst_gap:.2e} mm"
+        )
     assert chopped > count // 4
 
 
 def test_replayed_case():
     """A saved case is enough to run it again."""
     import json
+
     r = request(chop_size=3.3, depth_step=1.5)
     again = hole.HoleRequest(**json.loads(json.dumps(dataclasses.asdict(r))))
     judge(dataclasses.replace(again, start=tuple(again.start)), oracle.walk(hole.hole_plan(r).moves, r.start))
 
 
-@pytest.mark.parametrize("r", [
-    request(), request(chop_size=5.0), request(chop_size=4.0, tool_radius=0.3), request(chop_size=6.0, depth_step=2.0),
-    request(radius=18.0, chop_size=9.0, tool_radius=2.5, ccw=False), request(radius=4.0, chop_size=8.0),
-])
+@pytest.mark.parametrize(
+    "r",
+    [
+        request(),
+        request(chop_size=5.0),
+        request(chop_size=4.0, tool_radius=0.3),
+        request(chop_size=6.0, depth_step=2.0),
+        request(radius=18.0, chop_size=9.0, tool_radius=2.5, ccw=False),
+        request(radius=4.0, chop_size=8.0),
+    ],
+)
 def test_no_piece_is_loose_before_it_is_small(r):
     elements = oracle.walk(hole.hole_plan(r).moves, r.start)
     # The ends of two lines touch the hole's circle in one point; the cell must see the bridge beside it.
@@ -119,12 +129,19 @@ def test_plunges_stay_off_the_wall():
                 assert math.dist(e.b[:2], (r.x, r.y)) < path - 0.4 * r.tool_radius
 
 
-@pytest.mark.parametrize("changes", [
-    dict(radius=3.0, finished=9.0, step=2.0, tool_radius=1.5), dict(radius=9.0, finished=9.0, step=3.0, tool_radius=1.5),
-    dict(radius=20.0, finished=31.0, step=3.0, tool_radius=1.5), dict(radius=2.0, finished=9.0, step=1.0, tool_radius=1.5),
-    dict(radius=2.0, tool_radius=1.5), dict(radius=3.0, tool_radius=1.5, depth_step=2.0),
-    dict(radius=1.51, tool_radius=1.5, depth_step=2.0), dict(radius=1.506, tool_radius=1.5, finished=1.506, step=1.0),
-])
+@pytest.mark.parametrize(
+    "changes",
+    [
+        dict(radius=3.0, finished=9.0, step=2.0, tool_radius=1.5),
+        dict(radius=9.0, finished=9.0, step=3.0, tool_radius=1.5),
+        dict(radius=20.0, finished=31.0, step=3.0, tool_radius=1.5),
+        dict(radius=2.0, finished=9.0, step=1.0, tool_radius=1.5),
+        dict(radius=2.0, tool_radius=1.5),
+        dict(radius=3.0, tool_radius=1.5, depth_step=2.0),
+        dict(radius=1.51, tool_radius=1.5, depth_step=2.0),
+        dict(radius=1.506, tool_radius=1.5, finished=1.506, step=1.0),
+    ],
+)
 def test_pocket_leaves_nothing(changes):
     r = request(**changes)
     elements = oracle.walk(hole.hole_plan(r).moves, r.start)
@@ -136,7 +153,7 @@ def test_pocket_leaves_nothing(changes):
 def test_pocket_rings():
     r = request(radius=4.0, finished=10.0, step=2.5, tool_radius=2.0)
     assert hole.pocket_rings(r) == pytest.approx([2.0, 4.5, 7.0, 8.0])
-    r = request(radius=9.0, finished=10.0, step=2.5, tool_radius=2.0)   # a core would be left: rings inside first
+    r = request(radius=9.0, finished=10.0, step=2.5, tool_radius=2.0)  # a core would be left: rings inside first
     assert hole.pocket_rings(r) == pytest.approx([2.0, 4.5, 7.0, 8.0])
 
 
@@ -147,25 +164,42 @@ def test_deterministic_and_cached():
 # ---- refusals ----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("changes, text", [
-    (dict(tool_radius=0.0), "tool diameter 0 mm is not above 0 mm; load a tool with a diameter"),
-    (dict(radius=-2.0), "radius I-2 mm is not above 0; use the radius of the hole"),
-    (dict(radius=1.0005), "radius I1.0005 mm is less than 0.005 mm larger than the tool radius 1 mm; use a larger I or a smaller tool"),
-    (dict(radius=1.0), "radius I1 mm is not larger than the tool radius 1 mm; use I above 1 mm or a smaller tool"),
-    (dict(bottom=3.0), "final depth Z3 mm is not below the clearance plane R2 mm; use Z below R or R above Z"),
-    (dict(bottom=2.0), "final depth Z2 mm is not below the clearance plane R2 mm; use Z below R or R above Z"),
-    (dict(chop_size=-1.0), "chop size -1 mm is negative; set #<_chipwise_chop_size> to 0 (never chop) or more"),
-    (dict(depth_step=0.0), "depth per pass J0 mm is not above 0; use J above 0"),
-    (dict(depth_step=0.001), "depth per pass J0.001 mm needs more than 1000 passes from R to Z; use a larger J, or correct Z; without J it is the flute length"),
-    (dict(feed=0.0), "no feed is set; give F on this line or before"),
-    (dict(plunge_feed=0.0), "plunge feed E0 mm/min is not above 0; use E above 0, or leave it out for F/2"),
-    (dict(finished=5.0, step=1.0), "finished radius K5 mm is smaller than the first radius I10 mm; use K of 10 mm or more"),
-    (dict(finished=15.0), "finished radius K15 mm without a radial step Q; add Q of at most 2 mm"),
-    (dict(finished=15.0, step=0.0), "radial step Q0 mm is not above 0; use Q above 0, up to 2 mm"),
-    (dict(finished=15.0, step=2.5), "radial step Q2.5 mm is larger than the tool (2 mm) and would leave rings; use Q up to 2 mm"),
-    (dict(finished=15.0, step=1e-4), "radial step Q0.0001 mm needs more than 1000 rings; use a larger Q"),
-    (dict(step=1.0), "step Q1 mm without a finished radius K; add K, or leave Q out"),
-])
+@pytest.mark.parametrize(
+    "changes, text",
+    [
+        (dict(tool_radius=0.0), "tool diameter 0 mm is not above 0 mm; load a tool with a diameter"),
+        (dict(radius=-2.0), "radius I-2 mm is not above 0; use the radius of the hole"),
+        (
+            dict(radius=1.0005),
+            "radius I1.0005 mm is less than 0.005 mm larger than the tool radius 1 mm; use a larger I or a smaller "
+            "tool",
+        ),
+        (dict(radius=1.0), "radius I1 mm is not larger than the tool radius 1 mm; use I above 1 mm or a smaller tool"),
+        (dict(bottom=3.0), "final depth Z3 mm is not below the clearance plane R2 mm; use Z below R or R above Z"),
+        (dict(bottom=2.0), "final depth Z2 mm is not below the clearance plane R2 mm; use Z below R or R above Z"),
+        (dict(chop_size=-1.0), "chop size -1 mm is negative; set #<_chipwise_chop_size> to 0 (never chop) or more"),
+        (dict(depth_step=0.0), "depth per pass J0 mm is not above 0; use J above 0"),
+        (
+            dict(depth_step=0.001),
+            "depth per pass J0.001 mm needs more than 1000 passes from R to Z; use a larger J, or correct Z; without J "
+            "it is the flute length",
+        ),
+        (dict(feed=0.0), "no feed is set; give F on this line or before"),
+        (dict(plunge_feed=0.0), "plunge feed E0 mm/min is not above 0; use E above 0, or leave it out for F/2"),
+        (
+            dict(finished=5.0, step=1.0),
+            "finished radius K5 mm is smaller than the first radius I10 mm; use K of 10 mm or more",
+        ),
+        (dict(finished=15.0), "finished radius K15 mm without a radial step Q; add Q of at most 2 mm"),
+        (dict(finished=15.0, step=0.0), "radial step Q0 mm is not above 0; use Q above 0, up to 2 mm"),
+        (
+            dict(finished=15.0, step=2.5),
+            "radial step Q2.5 mm is larger than the tool (2 mm) and would leave rings; use Q up to 2 mm",
+        ),
+        (dict(finished=15.0, step=1e-4), "radial step Q0.0001 mm needs more than 1000 rings; use a larger Q"),
+        (dict(step=1.0), "step Q1 mm without a finished radius K; add K, or leave Q out"),
+    ],
+)
 def test_refused(changes, text):
     with pytest.raises(CycleError) as caught:
         hole.hole_plan(request(**changes)).moves
@@ -175,8 +209,9 @@ def test_refused(changes, text):
 def test_message_in_inches():
     with pytest.raises(CycleError) as caught:
         hole.hole_plan(request(radius=0.508, tool_radius=3.175)).moves
-    assert caught.value.text("in") == ("chipwise: radius I0.02 in is not larger than the tool radius 0.125 in; "
-                                       "use I above 0.125 in or a smaller tool")
+    assert caught.value.text("in") == (
+        "chipwise: radius I0.02 in is not larger than the tool radius 0.125 in; use I above 0.125 in or a smaller tool"
+    )
 
 
 # ---- the oracle must be able to fail ------------------------------------------------------------------------------
@@ -190,8 +225,10 @@ def sabotage(r, change):
 
 def moved(e, dx=0.0, scale=1.0, centre=(10.0, -5.0)):
     """An element scaled about the hole's centre and shifted."""
+
     def at(p):
         return (centre[0] + (p[0] - centre[0]) * scale + dx, centre[1] + (p[1] - centre[1]) * scale) + tuple(p[2:])
+
     return dataclasses.replace(e, a=at(e.a), b=at(e.b), centre=None if e.centre is None else at(e.centre))
 
 
@@ -203,18 +240,28 @@ def test_oracle_accepts_the_honest_trace():
     judge(request(), sabotage(request(), lambda i, e: e))
 
 
-@pytest.mark.parametrize("name, change, complaint", [
-    ("one line missing", lambda i, e: None if is_line(e) and e.a[0] == e.b[0] and e.a[0] > 10 else e, "piece of"),
-    ("lines 2 um too long", lambda i, e: moved(e, scale=9.002 / 9) if is_line(e) else e, "outside the hole"),
-    ("circle 2 um too small", lambda i, e: moved(e, scale=8.998 / 9) if e.kind == "arc" else e, "wall missed"),
-    ("everything shifted by 2 um", lambda i, e: moved(e, dx=0.002), "outside the hole"),
-    ("no circle", lambda i, e: None if e.kind == "arc" and e.radius > 5 else e, "wall missed"),
-    ("circle not closed", lambda i, e: oracle.split(e, 40)[0] if e.kind == "arc" and e.radius > 5 else e, "wall missed"),
-    ("rapid at depth", lambda i, e: dataclasses.replace(e, kind="rapid") if is_line(e) else e, "rapid below"),
-    ("last pass too high", lambda i, e: dataclasses.replace(e, b=e.b[:2] + (max(e.b[2], -5.9),)), "wall missed"),
-    ("ends elsewhere", lambda i, e: dataclasses.replace(e, b=e.b[:2] + (5.0,)) if e.kind == "rapid" and e.b[2] == 2 else e,
-     "does not end"),
-])
+@pytest.mark.parametrize(
+    "name, change, complaint",
+    [
+        ("one line missing", lambda i, e: None if is_line(e) and e.a[0] == e.b[0] and e.a[0] > 10 else e, "piece of"),
+        ("lines 2 um too long", lambda i, e: moved(e, scale=9.002 / 9) if is_line(e) else e, "outside the hole"),
+        ("circle 2 um too small", lambda i, e: moved(e, scale=8.998 / 9) if e.kind == "arc" else e, "wall missed"),
+        ("everything shifted by 2 um", lambda i, e: moved(e, dx=0.002), "outside the hole"),
+        ("no circle", lambda i, e: None if e.kind == "arc" and e.radius > 5 else e, "wall missed"),
+        (
+            "circle not closed",
+            lambda i, e: oracle.split(e, 40)[0] if e.kind == "arc" and e.radius > 5 else e,
+            "wall missed",
+        ),
+        ("rapid at depth", lambda i, e: dataclasses.replace(e, kind="rapid") if is_line(e) else e, "rapid below"),
+        ("last pass too high", lambda i, e: dataclasses.replace(e, b=e.b[:2] + (max(e.b[2], -5.9),)), "wall missed"),
+        (
+            "ends elsewhere",
+            lambda i, e: dataclasses.replace(e, b=e.b[:2] + (5.0,)) if e.kind == "rapid" and e.b[2] == 2 else e,
+            "does not end",
+        ),
+    ],
+)
 def test_oracle_rejects(name, change, complaint):
     with pytest.raises(AssertionError, match=complaint):
         judge(request(), sabotage(request(), change))
@@ -234,6 +281,7 @@ def test_oracle_sees_a_strip_that_is_loose_too_early():
     lines = [e for e in elements if is_line(e)]
     along_second = [e for e in lines if (e.a[0] == e.b[0]) == (lines[-1].a[0] == lines[-1].b[0])]
     assert len(along_second) == 3
-    worst = oracle.largest_loose_ever([e for e in lines if e is not along_second[1]], (r.x, r.y), r.radius, r.tool_radius,
-                                      r.bottom, 0.05)
+    worst = oracle.largest_loose_ever(
+        [e for e in lines if e is not along_second[1]], (r.x, r.y), r.radius, r.tool_radius, r.bottom, 0.05
+    )
     assert worst > r.chop_size

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Copies of a pattern as arrays of numbers: their lines are those of the moves computed one by one, which tests/interpreter/test_g75.py has judged."""
+"""Copies of a pattern as arrays of numbers: their lines are those of the moves computed one by one, which
+tests/interpreter/test_g75.py has judged."""
 
 import json
 import math
@@ -18,7 +19,7 @@ from chipwise.pattern.isometry import moved, placed, placed_in_zx
 from chipwise.pattern.recorded import ARC, FEED, RAPID, THREAD, Code, Recorded, Step
 from support.random_cases import random_count, random_seed, write_replay
 
-CHORD = 1.0         # mm: few chords
+CHORD = 1.0  # mm: few chords
 _NUMBER = re.compile(r"-?\d+\.\d+")
 
 
@@ -39,12 +40,32 @@ def random_recorded(r, lathe):
         more = dict(source=line, own=line, abc=abc if turning else None)
         if kind == ARC:
             axis = 1 if lathe else r.randrange(3)
-            steps.append(Step(ARC, line, tuple(at), feed, tuple(r.uniform(-9, 9) for _ in range(3)), axis, r.choice((-2, -1, 1, 3)), **more))
+            steps.append(
+                Step(
+                    ARC,
+                    line,
+                    tuple(at),
+                    feed,
+                    tuple(r.uniform(-9, 9) for _ in range(3)),
+                    axis,
+                    r.choice((-2, -1, 1, 3)),
+                    **more,
+                )
+            )
         elif kind == THREAD:
             steps.append(Step(THREAD, line, tuple(at), pitch=r.uniform(0.1, 2), **more))
         else:
             steps.append(Step(kind if kind in (RAPID, FEED) else FEED, line, tuple(at), feed, **more))
-    first = Step(r.choice((RAPID, ARC)), 0, (1.0, 0.0 if lathe else 2.0, 3.0), 100.0, (4.0, 5.0, 6.0), 1 if lathe else 2, 1, abc=(0.0, 0.0, 0.0) if turning else None)
+    first = Step(
+        r.choice((RAPID, ARC)),
+        0,
+        (1.0, 0.0 if lathe else 2.0, 3.0),
+        100.0,
+        (4.0, 5.0, 6.0),
+        1 if lathe else 2,
+        1,
+        abc=(0.0, 0.0, 0.0) if turning else None,
+    )
     return Recorded((first, *steps), (), (0.0, 0.0, 9.0))
 
 
@@ -65,7 +86,7 @@ def alike(found, wanted, decimals):
         assert (type(a), a.line, feed) == (type(b), b.line, other_feed), (text, other)
         assert _NUMBER.sub("", text) == _NUMBER.sub("", other), (text, other)
         off = [abs(float(x) - float(y)) for x, y in zip(_NUMBER.findall(text), _NUMBER.findall(other))]
-        assert max(off, default=0.0) < 1.5 * 10 ** -decimals, (text, other)
+        assert max(off, default=0.0) < 1.5 * 10**-decimals, (text, other)
 
 
 def both_ways(seed):
@@ -78,12 +99,16 @@ def both_ways(seed):
         start = tuple(r.uniform(-9, 9) for _ in range(3))
         points = recorded.points.copy()
         k = r.choice((0, 2))
-        points[0, k] = start[k]         # a coordinate that the sub does not program
+        points[0, k] = start[k]  # a coordinate that the sub does not program
         copies += copier.moves(recorded, points, start, isometry)
         single += moved(recorded, points, start, isometry, CHORD)
     start = (1.0, 0.0, 2.0)
-    return (list(gcode_lines._lines(copies, start, unit_mm, decimals, axes)), list(gcode_lines._lines(single, start, unit_mm, decimals, axes)),
-            sum(isinstance(move, Copy) for move in copies), decimals)
+    return (
+        list(gcode_lines._lines(copies, start, unit_mm, decimals, axes)),
+        list(gcode_lines._lines(single, start, unit_mm, decimals, axes)),
+        sum(isinstance(move, Copy) for move in copies),
+        decimals,
+    )
 
 
 @pytest.mark.parametrize("case", range(random_count(200)))
@@ -93,7 +118,10 @@ def test_copies_are_the_moves_one_by_one(case):
     try:
         alike(found, wanted, decimals)
     except AssertionError as error:
-        path = write_replay(f"pattern-copies-{seed}", {"seed": seed, "found": [row[1] for row in found], "wanted": [row[1] for row in wanted]})
+        path = write_replay(
+            f"pattern-copies-{seed}",
+            {"seed": seed, "found": [row[1] for row in found], "wanted": [row[1] for row in wanted]},
+        )
         raise AssertionError(f"CHIPWISE_SEED={seed}, {path}: {error}") from error
 
 
@@ -108,9 +136,9 @@ def test_the_comparison_can_fail():
     for k, (move, text, feed) in list(enumerate(found))[:20]:
         number = _NUMBER.search(text)
         if number:
-            wrong = text.replace(number[0], f"{float(number[0]) + 3 * 10 ** -decimals:.{decimals}f}", 1)
+            wrong = text.replace(number[0], f"{float(number[0]) + 3 * 10**-decimals:.{decimals}f}", 1)
             with pytest.raises(AssertionError):
-                alike([*found[:k], (move, wrong, feed), *found[k + 1:]], wanted, decimals)
+                alike([*found[:k], (move, wrong, feed), *found[k + 1 :]], wanted, decimals)
     with pytest.raises(AssertionError):
         alike(found[:-1], wanted, decimals)
 
@@ -121,7 +149,11 @@ def test_a_copy_fills_more_than_a_chunk():
     for k in range(1500):
         steps += [Step(RAPID, 0, (float(k), 0.0, 9.0)), Step(FEED, 0, (float(k), 1.0, -1.0), 100.0)]
     recorded, copier = Recorded(tuple(steps), (), (0.0, 0.0, 9.0), path=True), Copier(CHORD)
-    moves = [move for k in range(3) for move in copier.moves(recorded, recorded.points, (0.0, 0.0, 9.0), placed(0, 0.0, (0.0, 5.0 * k, 0.0)))]
+    moves = [
+        move
+        for k in range(3)
+        for move in copier.moves(recorded, recorded.points, (0.0, 0.0, 9.0), placed(0, 0.0, (0.0, 5.0 * k, 0.0)))
+    ]
     assert [isinstance(move, Copy) for move in moves[-2:]] == [True, True]
     chunks = gcode_lines.chunks(moves, (0.0, 0.0, 9.0), 1.0)
     sizes = [sum(text.count("\n") + 1 for _feed, text, *_ in chunk) for chunk in chunks]
@@ -132,22 +164,37 @@ def test_a_copy_fills_more_than_a_chunk():
 @pytest.mark.parametrize("copies, refused", [(250, False), (251, True), (100_000, True)])
 def test_too_many_moves_are_known_after_two_copies(copies, refused, monkeypatch):
     """100,000 copies of a sub are not placed before the plan is refused; four moves each, 1,000 in all are allowed."""
-    steps = (Step(RAPID, 0, (1.0, 2.0, 9.0)), Step(FEED, 0, (1.0, 2.0, -1.0), 100.0), Step(FEED, 0, (5.0, 2.0, -1.0), 100.0), Step(RAPID, 0, (5.0, 2.0, 9.0)))
+    steps = (
+        Step(RAPID, 0, (1.0, 2.0, 9.0)),
+        Step(FEED, 0, (1.0, 2.0, -1.0), 100.0),
+        Step(FEED, 0, (5.0, 2.0, -1.0), 100.0),
+        Step(RAPID, 0, (5.0, 2.0, 9.0)),
+    )
     placed_ones, place = [], Copier.moves
     monkeypatch.setattr(Copier, "moves", lambda *arguments: placed_ones.append(1) or place(*arguments))
-    request = PatternRequest(shift=(0.0, 0.0, 0.0), start=(3.0, 4.0, 10.0), chord=CHORD, most_moves=1000, copies=copies, step=(7.0, 0.0))
+    request = PatternRequest(
+        shift=(0.0, 0.0, 0.0), start=(3.0, 4.0, 10.0), chord=CHORD, most_moves=1000, copies=copies, step=(7.0, 0.0)
+    )
     try:
         plan = pattern_plan(request, lambda start, abc, mirrored: Recorded(steps, (), start, abc))
-        assert not refused and plan.report().figures["moves"] == 4 * copies == sum(len(getattr(move, "moves", "1")) for move in plan.moves)
+        assert not refused and plan.report().figures["moves"] == 4 * copies == sum(
+            len(getattr(move, "moves", "1")) for move in plan.moves
+        )
     except CycleError as error:
         assert refused and "the pattern has more than 1000 moves" in str(error) and len(placed_ones) <= 3, error
 
 
 def test_a_place_that_is_not_finite_stays_visible():
     """A number that no control reads must not be rounded away."""
-    recorded = Recorded((Step(RAPID, 0, (0.0, 0.0, 1.0)), Step(FEED, 0, (math.nan, 0.0, 1.0), 100.0)), (), (0.0, 0.0, 9.0))
+    recorded = Recorded(
+        (Step(RAPID, 0, (0.0, 0.0, 1.0)), Step(FEED, 0, (math.nan, 0.0, 1.0), 100.0)), (), (0.0, 0.0, 9.0)
+    )
     copier = Copier(CHORD)
-    moves = [move for _ in range(2) for move in copier.moves(recorded, recorded.points, (0.0, 0.0, 9.0), placed(0, 0.0, (0.0, 0.0, 0.0)))]
+    moves = [
+        move
+        for _ in range(2)
+        for move in copier.moves(recorded, recorded.points, (0.0, 0.0, 9.0), placed(0, 0.0, (0.0, 0.0, 0.0)))
+    ]
     texts = [text for _move, text, _feed in gcode_lines._lines(moves, (0.0, 0.0, 9.0), 1.0)]
     assert sum("nan" in text for text in texts) == 2, json.dumps(texts)
     assert np.isnan(recorded.points).any()

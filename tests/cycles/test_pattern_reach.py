@@ -44,7 +44,13 @@ def test_angles_of_an_orientation(case):
     assert in_station(matrix_of((0, 0, 90)), DOWN, (180, 0, 80)) == pytest.approx((180, 0, 90))
 
 
-@pytest.mark.parametrize("name, words", [("nokins", "there is no kinematics module nokins in"), ("motmod", "the kinematics module motmod cannot be used here")])
+@pytest.mark.parametrize(
+    "name, words",
+    [
+        ("nokins", "there is no kinematics module nokins in"),
+        ("motmod", "the kinematics module motmod cannot be used here"),
+    ],
+)
 def test_a_module_that_is_none(name, words):
     with pytest.raises(CycleError, match=re.escape(words)):
         Kinematics(name)
@@ -56,7 +62,9 @@ def test_random_programs(case):
     seed = random_seed() + case
     verdict, said = judged(seed, wild=case % 2 == 1)
     if verdict == "bad":
-        assert re.search(r"line \d+ of the sub, copy 1: (joint \d would (be at|turn at) \S+|the robot does not reach X\S+)", said), f"CHIPWISE_SEED={seed}: not found"
+        assert re.search(
+            r"line \d+ of the sub, copy 1: (joint \d would (be at|turn at) \S+|the robot does not reach X\S+)", said
+        ), f"CHIPWISE_SEED={seed}: not found"
     if verdict == "good":
         assert not said, f"CHIPWISE_SEED={seed}: {said}"
     assert case % 2 == 1 or verdict != "bad", "comfortable stations are bad ones"

@@ -53,8 +53,8 @@ def test_the_reference_stock_agrees(strategy):
     z = stock.z.ravel()
     loops = case_of(asked).loops
     inside = oracle.free(loops, p)
-    assert z[~inside & (oracle.clearance(loops, p) > 1e-3)].min() == 0.2        # walls and island whole
-    corner = np.minimum(p, (18, 14) - p).max(axis=1) < 1.5                      # what a round tool leaves
+    assert z[~inside & (oracle.clearance(loops, p) > 1e-3)].min() == 0.2  # walls and island whole
+    corner = np.minimum(p, (18, 14) - p).max(axis=1) < 1.5  # what a round tool leaves
     assert np.abs(z[inside & ~corner] + 1.0).max() < 1e-9
 
 
@@ -89,15 +89,32 @@ def test_random_order_and_direction_of_loops_change_nothing():
     whole = area_at((BOX, *loops), 2.0)
     for _ in range(5):
         rng.shuffle(loops)
-        turned = [tuple(replace(q, start=q.end, end=q.start) for q in reversed(parts)) if isinstance(parts[0], LineElement)
-                  else parts for parts in loops]
+        turned = [
+            tuple(replace(q, start=q.end, end=q.start) for q in reversed(parts))
+            if isinstance(parts[0], LineElement)
+            else parts
+            for parts in loops
+        ]
         assert area_at((BOX, *turned), 2.0) == pytest.approx(whole, abs=1e-6)
 
 
 def dumbbell(neck):
     """Two chambers of 30 x 40 and a passage of 10 mm length between them."""
     low, high = 20 - neck / 2, 20 + neck / 2
-    p = [(0, 0), (30, 0), (30, low), (40, low), (40, 0), (70, 0), (70, 40), (40, 40), (40, high), (30, high), (30, 40), (0, 40)]
+    p = [
+        (0, 0),
+        (30, 0),
+        (30, low),
+        (40, low),
+        (40, 0),
+        (70, 0),
+        (70, 40),
+        (40, 40),
+        (40, high),
+        (30, high),
+        (30, 40),
+        (0, 40),
+    ]
     return tuple(LineElement(p[k], p[(k + 1) % 12], k + 1) for k in range(12))
 
 
@@ -111,13 +128,13 @@ def test_necks_divide_a_pocket(neck, count, strategy):
 
 def test_regions_the_tool_cannot_enter_are_named():
     assert cycle.pocket_plan(request((dumbbell(6.0),))).inaccessible == ()
-    passage, = cycle.pocket_plan(request((dumbbell(5.9),))).inaccessible
+    (passage,) = cycle.pocket_plan(request((dumbbell(5.9),))).inaccessible
     assert 30 < passage.x < 40 and passage.area < 59
-    assert cycle.pocket_plan(request()).inaccessible == ()     # the rest in a square corner does not count
+    assert cycle.pocket_plan(request()).inaccessible == ()  # the rest in a square corner does not count
     p = [(0, 0), (30, 0), (30, 18), (60, 18), (60, 22), (30, 22), (30, 40), (0, 40)]
     slot = tuple(LineElement(p[k], p[(k + 1) % 8], k + 1) for k in range(8))
     plan = cycle.pocket_plan(request((slot,)))
-    region, = plan.inaccessible
+    (region,) = plan.inaccessible
     assert region.area == pytest.approx(30 * 4, abs=6) and 30 < region.x < 60 and 18 < region.y < 22
     text, lengths = plan.notes[0]
     assert text.startswith("1 region of the pocket cannot be entered by this tool and stays uncut, the largest (")
@@ -138,8 +155,8 @@ def test_a_pocket_that_just_fits_the_tool():
 
 def test_rings_of_a_rectangle():
     """Closed form: rings k D inside 54 x 34, each 2 (w + h) - 8 k D long; one Track, all of it beside the last."""
-    field, = machinable.split(make_contour(BOX), [], 3.0)
-    track, = STRATEGIES[0](field, 3.0, 2.4, 0.0, True)
+    (field,) = machinable.split(make_contour(BOX), [], 3.0)
+    (track,) = STRATEGIES[0](field, 3.0, 2.4, 0.0, True)
     rings = [2 * (54 + 34) - 8 * 2.4 * k for k in range(8) if 34 - 4.8 * k > 0]
     links = track.length - sum(rings)
     slant = math.hypot(1.0, 4.0) * 2.4
@@ -150,13 +167,13 @@ def test_rings_of_a_rectangle():
 def test_rings_keep_arcs():
     moves = cycle.pocket_plan(request((circle(20, (0, 0)),))).moves
     lines = [m for m in moves if isinstance(m, Line) and m.z is None]
-    assert sum(isinstance(m, Arc) for m in moves) > 6 and len(lines) <= 8       # lines only from ring to ring
+    assert sum(isinstance(m, Arc) for m in moves) > 6 and len(lines) <= 8  # lines only from ring to ring
 
 
 def test_every_ring_comes_from_the_original():
     """The ring at 9 mm of a circle of 20: exactly 11 mm from the centre, and found without the ones before it."""
     pocket = make_pocket(make_contour(circle(20, (5, 5))), [])
-    path, = pocket_ring(pocket, 9.0).paths
+    (path,) = pocket_ring(pocket, 9.0).paths
     assert np.hypot(*(path.elements.start - 5).T) == pytest.approx(11.0, abs=1e-12)
     assert list(pocket.known) == [9.0]
 
@@ -166,7 +183,7 @@ def test_wide_steps_leave_nothing(share):
     """Corners between rings: with their own moves from half the diameter on, and only then."""
     asked = request((rectangle(0, 0, 50, 50), circle(5, (20, 20))), step=6 * share)
     assert faults(asked) == []
-    field, = machinable.split(*[make_contour(asked.loops[0]), [make_contour(asked.loops[1])]], 3.0)
+    (field,) = machinable.split(*[make_contour(asked.loops[0]), [make_contour(asked.loops[1])]], 3.0)
     tracks = STRATEGIES[0](field, 3.0, min(6 * share, 5.97), 0.0, True)
     assert bool(rest_material.rest_parts(field, tracks, 3.0)) == (share > 0.5)
 
@@ -176,7 +193,7 @@ def test_wide_steps_leave_nothing(share):
 def test_the_wall_is_cut_as_the_spindle_turns(strategy, climb):
     """Climb with M3: counter-clockwise along the boundary, clockwise about islands; the other way with M4."""
     loops = (BOX, circle(6, (30, 20)))
-    field, = machinable.split(*[make_contour(loops[0]), [make_contour(loops[1])]], 3.0)
+    (field,) = machinable.split(*[make_contour(loops[0]), [make_contour(loops[1])]], 3.0)
     tracks = STRATEGIES[strategy](field, 3.0, 2.4, 0.0, climb)
     every = elements.join([t.elements for t in tracks])
     middle = elements.point_at(every, np.arange(len(every)), np.full(len(every), 0.5))
@@ -198,27 +215,46 @@ def test_the_same_request_gives_the_same_moves():
 # ---- refused -----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("changes, text", [
-    (dict(step=7.2), "step-over D7.2 mm is larger than the tool (6 mm); use D up to 6 mm"),
-    (dict(step=0.0), "step-over D0 mm is not above 0; use D above 0, up to 6 mm"),
-    (dict(step=0.01), "step-over D0.01 mm needs more than 1000 paths side by side; use a larger D"),
-    (dict(side_allowance=-1.0), "side allowance I-1 mm is negative; use I of 0 or more"),
-    (dict(floor_allowance=-1.0), "floor allowance K-1 mm is negative; use K of 0 or more"),
-    (dict(strategy=5), "strategy P5 is not known; use P0, P1, P2, P3 or P4"),
-    (dict(strategy=4, step=3.1), "step-over D3.1 mm is above half the tool diameter (6 mm), which is the most of P4; use D up to 3 mm, or P0"),
-    (dict(bottom=1.0), "final depth Z1 mm with the floor allowance K0 mm is not below the clearance plane R1 mm; use a deeper Z, "
-                       "a smaller K or a higher R"),
-    (dict(floor_allowance=5.0), "final depth Z-4 mm with the floor allowance K5 mm is not below the clearance plane R1 mm; use a "
-                                "deeper Z, a smaller K or a higher R"),
-    (dict(feed=0.0), "no feed is set; give F on this line or before"),
-    (dict(plunge_feed=0.0), "plunge feed E0 mm/min is not above 0; use E above 0, or leave it out for F/2"),
-    (dict(depth_step=0.0), "depth per pass J0 mm is not above 0; use J above 0"),
-    (dict(depth_step=1e-4), "depth per pass J0.0001 mm needs more than 1000 passes from R to Z; use a larger J, or correct Z; without J it is the flute length"),
-    (dict(tool_radius=0.0), "tool diameter 0 mm is not above 0 mm; load a tool with a diameter"),
-    (dict(tool_radius=25.0), "the tool (50 mm) fits nowhere in the pocket; use a smaller tool"),
-    (dict(loops=(BOX, rectangle(-1, -1, 61, 41))), "the tool (6 mm) fits nowhere in the pocket; use a "
-                                                   "smaller tool"),
-])
+@pytest.mark.parametrize(
+    "changes, text",
+    [
+        (dict(step=7.2), "step-over D7.2 mm is larger than the tool (6 mm); use D up to 6 mm"),
+        (dict(step=0.0), "step-over D0 mm is not above 0; use D above 0, up to 6 mm"),
+        (dict(step=0.01), "step-over D0.01 mm needs more than 1000 paths side by side; use a larger D"),
+        (dict(side_allowance=-1.0), "side allowance I-1 mm is negative; use I of 0 or more"),
+        (dict(floor_allowance=-1.0), "floor allowance K-1 mm is negative; use K of 0 or more"),
+        (dict(strategy=5), "strategy P5 is not known; use P0, P1, P2, P3 or P4"),
+        (
+            dict(strategy=4, step=3.1),
+            "step-over D3.1 mm is above half the tool diameter (6 mm), which is the most of P4; use D up to 3 mm, or "
+            "P0",
+        ),
+        (
+            dict(bottom=1.0),
+            "final depth Z1 mm with the floor allowance K0 mm is not below the clearance plane R1 mm; use a deeper Z, "
+            "a smaller K or a higher R",
+        ),
+        (
+            dict(floor_allowance=5.0),
+            "final depth Z-4 mm with the floor allowance K5 mm is not below the clearance plane R1 mm; use a "
+            "deeper Z, a smaller K or a higher R",
+        ),
+        (dict(feed=0.0), "no feed is set; give F on this line or before"),
+        (dict(plunge_feed=0.0), "plunge feed E0 mm/min is not above 0; use E above 0, or leave it out for F/2"),
+        (dict(depth_step=0.0), "depth per pass J0 mm is not above 0; use J above 0"),
+        (
+            dict(depth_step=1e-4),
+            "depth per pass J0.0001 mm needs more than 1000 passes from R to Z; use a larger J, or correct Z; without "
+            "J it is the flute length",
+        ),
+        (dict(tool_radius=0.0), "tool diameter 0 mm is not above 0 mm; load a tool with a diameter"),
+        (dict(tool_radius=25.0), "the tool (50 mm) fits nowhere in the pocket; use a smaller tool"),
+        (
+            dict(loops=(BOX, rectangle(-1, -1, 61, 41))),
+            "the tool (6 mm) fits nowhere in the pocket; use a smaller tool",
+        ),
+    ],
+)
 def test_refused(changes, text):
     loops = changes.pop("loops", (BOX,))
     with pytest.raises(CycleError) as error:
@@ -226,7 +262,9 @@ def test_refused(changes, text):
     assert str(error.value) == "chipwise: " + text
 
 
-@pytest.mark.parametrize("parts, kind", [(BOX[:3], "not connected"), ((LineElement((0, 0), (1, 0), 1),), "not connected")])
+@pytest.mark.parametrize(
+    "parts, kind", [(BOX[:3], "not connected"), ((LineElement((0, 0), (1, 0), 1),), "not connected")]
+)
 def test_an_open_loop_is_no_pocket(parts, kind):
     with pytest.raises(ContourError) as error:
         cycle.pocket_plan(request((parts,)))
@@ -235,7 +273,7 @@ def test_an_open_loop_is_no_pocket(parts, kind):
 
 def test_rest_tracks_find_what_a_bad_strategy_leaves():
     """A strategy that runs the walls only: everything else becomes rest material, and they clear it."""
-    field, = machinable.split(make_contour(BOX), [], 3.0)
+    (field,) = machinable.split(make_contour(BOX), [], 3.0)
     assert isinstance(field, MachinableRegion)
     walls = (make_track(field.boundary),)
     assert sum(part.area for part in rest_material.rest_parts(field, walls, 3.0)) == pytest.approx(48 * 28, rel=1e-3)

@@ -20,12 +20,13 @@ from support.pocket_random import circle, rectangle
 def test_levels_and_floor_allowance():
     asked = request(depth_step=2.0, floor_allowance=0.5)
     depths = {round(e.b[2], 6) for e in walked(asked) if e.kind != "rapid" and e.a[2] == e.b[2]}
-    assert depths == {-0.5, -2.0, -3.5}                     # from R1 in three equal steps, none above J
+    assert depths == {-0.5, -2.0, -3.5}  # from R1 in three equal steps, none above J
     assert faults(asked) == []
 
 
 def test_helix_then_ramp_then_plunge():
-    """What fits: a circle in a wide pocket, to and fro in a narrow one, straight down in a point contact; and the message."""
+    """What fits: a circle in a wide pocket, to and fro in a narrow one, straight down in a point contact; and the
+    message."""
     wide = cycle.pocket_plan(request())
     first = [m for m in wide.moves if not isinstance(m, Rapid)][0]
     assert isinstance(first, Arc) and first.z is not None and wide.plunges == ()
@@ -43,9 +44,14 @@ def test_helix_then_ramp_then_plunge():
 def test_entries_keep_the_angle(angle, wide):
     asked = request((rectangle(0, 0, wide, 40),), ramp_angle=angle)
     assert faults(asked) == []
-    falls = [math.degrees(math.atan2(e.a[2] - e.b[2], e.radius * abs(e.sweep[1]) if e.kind == "arc" else math.dist(e.a[:2], e.b[:2])))
-             for e in walked(asked) if e.kind != "rapid" and e.a[2] - e.b[2] > 1e-9 and math.dist(e.a, e.b) > 0.6 or e.kind == "arc"]
-    assert max(falls) == pytest.approx(angle, rel=0.35)     # and no flatter than whole turns need
+    falls = [
+        math.degrees(
+            math.atan2(e.a[2] - e.b[2], e.radius * abs(e.sweep[1]) if e.kind == "arc" else math.dist(e.a[:2], e.b[:2]))
+        )
+        for e in walked(asked)
+        if e.kind != "rapid" and e.a[2] - e.b[2] > 1e-9 and math.dist(e.a, e.b) > 0.6 or e.kind == "arc"
+    ]
+    assert max(falls) == pytest.approx(angle, rel=0.35)  # and no flatter than whole turns need
 
 
 def test_ninety_degrees_is_a_plunge():
@@ -53,7 +59,7 @@ def test_ninety_degrees_is_a_plunge():
 
 
 def test_a_helix_never_leaves_the_field():
-    field, = machinable.split(make_contour(rectangle(0, 0, 10, 10)), [], 3.0)
+    (field,) = machinable.split(make_contour(rectangle(0, 0, 10, 10)), [], 3.0)
     track = make_track(elements.make_lines(np.array([[3.0, 5.0]]), np.array([[3.0, 7.0]])))
     how = entries.entry(field, track, 3.0, 4.0, math.radians(3))
     assert isinstance(how, entries.Helix) and how.centre[0] == pytest.approx(3.0 + how.radius) and how.radius <= 2.0

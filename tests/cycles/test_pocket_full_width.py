@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """G79, P0 to P3: the millimetres at full width that the plan names, against the engagement judge."""
+
 import math
 
 import numpy as np
@@ -20,15 +21,32 @@ SPACING_MM = full_width.SPACING * 3.0
 
 def told(asked):
     """(mm, places, longest, x, y) of the note; None."""
-    found = [note for note in cycle.pocket_plan(asked).notes if note.text.startswith("the tool cuts its full width over {mm} in ")]
+    found = [
+        note
+        for note in cycle.pocket_plan(asked).notes
+        if note.text.startswith("the tool cuts its full width over {mm} in ")
+    ]
     if not found:
         return None
-    (text, lengths), = found
+    ((text, lengths),) = found
     return (lengths["mm"], int(text.split()[9]), lengths["most"], lengths["x"], lengths["y"])
 
 
-@pytest.mark.parametrize("strategy, name", [(0, "rectangle"), (0, "island"), (0, "comb of 9 mm slots"), (0, "letter"), (1, "rectangle"), (1, "neck"), (2, "rectangle"),
-                                            (2, "island"), (3, "rectangle"), (3, "letter")])
+@pytest.mark.parametrize(
+    "strategy, name",
+    [
+        (0, "rectangle"),
+        (0, "island"),
+        (0, "comb of 9 mm slots"),
+        (0, "letter"),
+        (1, "rectangle"),
+        (1, "neck"),
+        (2, "rectangle"),
+        (2, "island"),
+        (3, "rectangle"),
+        (3, "letter"),
+    ],
+)
 def test_the_millimetres_at_full_width(strategy, name):
     """As the judge reads them, within its spacing and the plan's for each place."""
     asked = request(SHAPES[name], strategy=strategy)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """G79 P4 from the stock as it stands: a larger tool before, a stop in the middle, levels; what counts as cleared."""
+
 import math
 from dataclasses import replace
 
@@ -32,9 +33,13 @@ def said(one):
     return [note.text for note in cycle.pocket_plan(one).notes if note.text.startswith(AS_IT_STANDS)]
 
 
-@pytest.mark.parametrize("loops, shape, most", [
-    ((rectangle(0, 0, 22, 30),), BOX, 0.65),            # half of it
-    (BOX, BOX, 0.30)])                                  # its corners are left
+@pytest.mark.parametrize(
+    "loops, shape, most",
+    [
+        ((rectangle(0, 0, 22, 30),), BOX, 0.65),  # half of it
+        (BOX, BOX, 0.30),
+    ],
+)  # its corners are left
 def test_a_smaller_tool_cuts_what_a_larger_one_has_left(loops, shape, most):
     before, one = large(loops), small(shape)
     found, moves = verdict(begun(one, before, 5.0), before, 5.0)
@@ -45,13 +50,13 @@ def test_a_smaller_tool_cuts_what_a_larger_one_has_left(loops, shape, most):
 def test_a_cycle_that_was_aborted_goes_on():
     one = small(depth_step=2.5)
     all_moves = walked(one)
-    before = all_moves[:int(0.75 * len(all_moves))]     # in the second level
+    before = all_moves[: int(0.75 * len(all_moves))]  # in the second level
     again = begun(one, before, 3.0)
     found, moves = verdict(again, before, 3.0)
     assert found.faults == [] and found.most < 10.0
     assert length(moves) < 0.62 * length(all_moves)
     levels = sorted({round(e.b[2], 6) for e in moves if e.kind != "rapid" and e.a[2] == e.b[2]})
-    assert levels == [-4.0, -1.5]                       # the first level: its walls, beside which the map has cells with a wall in them
+    assert levels == [-4.0, -1.5]  # the first level: its walls, beside which the map has cells with a wall in them
     upper = [e for e in moves if e.kind != "rapid" and e.b[2] == e.a[2] == -1.5]
     assert length(upper) < 1.4 * 2 * (38 + 24)
 
@@ -65,7 +70,7 @@ def test_a_level_at_which_nothing_stands_is_left_out():
 
 
 def test_solid_stock_is_the_plan_of_the_preview():
-    one, before = small(), large((rectangle(12, 8, 32, 22),), bottom=-3.9)         # 0.1 mm above the level
+    one, before = small(), large((rectangle(12, 8, 32, 22),), bottom=-3.9)  # 0.1 mm above the level
     assert cycle.pocket_plan(begun(one, before, 5.0)).moves == cycle.pocket_plan(one).moves
     assert said(begun(one, before, 5.0)) == []
 
@@ -88,7 +93,9 @@ def test_what_counts_as_cleared_is_never_more_than_what_is():
     before = walked(request((rectangle(0, 0, 40, 16),), tool_radius=8.0, step=8.0, start=(8.0, 8.0, 1.0)))
     where = place((3.17, -2.2, 1.0), 0.3)
     stock = standing(stock_after(before, 8.0, where, 0.25), where)
-    contour = make_lines(np.array([(0, 0), (40, 0), (40, 16), (0, 16)], float), np.array([(40, 0), (40, 16), (0, 16), (0, 0)], float))
+    contour = make_lines(
+        np.array([(0, 0), (40, 0), (40, 16), (0, 16)], float), np.array([(40, 0), (40, 16), (0, 16), (0, 0)], float)
+    )
     chain = stock.cleared(contour, -4.0, 3.0)
     ends = np.concatenate((chain.start, chain.end))
     gap = np.hypot(np.maximum(np.maximum(8.0 - ends[:, 0], ends[:, 0] - 32.0), 0.0), ends[:, 1] - 8.0)
@@ -109,7 +116,7 @@ def test_random_pockets_that_were_begun(seed):
         before = hole_oracle.walk(cycle.pocket_plan(first).moves, first.start)
     except CycleError:
         pytest.skip("the tool fits nowhere")
-    before = before[:int(rng.uniform(0.1, 0.95) * len(before))] if first is one else before
+    before = before[: int(rng.uniform(0.1, 0.95) * len(before))] if first is one else before
     where = place(tuple(rng.uniform(-40.0, 40.0, 3)), float(rng.choice([0.0, 0.3, 1.9])))
     found, moves = verdict(begun(one, before, radius, where, float(rng.choice([0.1, 0.25, 0.4]))), before, radius, seed)
     assert found.faults == []

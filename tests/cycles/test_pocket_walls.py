@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """G79: arcs onto and off finished walls and the run over the seam, by support/wall_judge.py."""
+
 import dataclasses
 import math
 
@@ -20,7 +21,7 @@ from chipwise.geometry.pocket.machinable import split
 from chipwise.geometry.pocket.strategies import NAMES
 from chipwise.geometry.pocket.wall_arcs import Walls, over_seam
 
-TANGENT = 0.05          # degrees; six decimals of a short arc are less
+TANGENT = 0.05  # degrees; six decimals of a short arc are less
 
 
 def finishes(asked):
@@ -44,7 +45,7 @@ def test_every_wall_is_come_onto_and_left_on_an_arc(strategy, name, climb):
 def test_the_seam_overlap(strategy, overlap):
     """At most once more around."""
     asked = request((circle(20, (0, 0)),), strategy=strategy, seam_overlap=overlap)
-    finish, = finishes(asked)
+    (finish,) = finishes(asked)
     assert finish.past == pytest.approx(min(overlap, 34 * math.pi), abs=1e-3)
     assert faults(asked) == []
 
@@ -57,7 +58,8 @@ def test_a_region_that_is_a_line_has_no_arcs(strategy):
 
 @pytest.mark.parametrize("strategy", sorted(NAMES))
 def test_random_walls(strategy):
-    """No fault of the pocket's judge, and where the tool comes from its depth or leaves at it it is tangent in most cases."""
+    """No fault of the pocket's judge, and where the tool comes from its depth or leaves at it it is tangent in most
+    cases."""
     first, good, every = random_seed(), 0, 0
     for seed in range(first, first + random_count(4)):
         asked = random_request(seed, strategy)
@@ -80,7 +82,7 @@ def test_letters(strategy):
 def test_smaller_arcs_where_the_widest_has_no_room():
     """A corridor between island and wall that is a little wider than the tool: no arc of P0 leaves the region."""
     for wide in (6.3, 7.0, 9.0):
-        field, = split(make_contour(rectangle(0, 0, 40, wide)), [], 3.0)
+        (field,) = split(make_contour(rectangle(0, 0, 40, wide)), [], 3.0)
         chain = Walls(field, 3.0, True, 0.3).finished(field.boundary)
         arc = elements.take(chain, np.array([len(chain) - 1]))
         assert arc.is_arc[0] and elements.point_at(arc, np.array([0]), np.array([1.0]))[0][1] <= wide - 3.0
@@ -90,7 +92,7 @@ def test_smaller_arcs_where_the_widest_has_no_room():
 def test_over_the_seam_is_the_first_of_a_chain():
     loop = make_contour(BOX).elements
     assert over_seam(loop, 0.0) == [] and over_seam(loop, 1e4) == [loop]
-    again, = over_seam(loop, 62.0)
+    (again,) = over_seam(loop, 62.0)
     assert elements.lengths(again).sum() == pytest.approx(62.0) and again.end[-1].tolist() == pytest.approx([60.0, 2.0])
 
 
@@ -100,8 +102,8 @@ def test_the_judge_sees_a_square_start():
     corner = [(10.0, 3.0), (27.0, 3.0), (27.0, 27.0), (3.0, 27.0), (3.0, 3.0), (10.0, 3.0)]
     path = [(10.0, 9.0), *corner, (10.0, 9.0)]
     moves = [Element("feed", (*a, -4.0), (*b, -4.0)) for a, b in zip(path, path[1:])]
-    finish, = wall_judge.finishes(case_of(asked), moves, -4.0)
+    (finish,) = wall_judge.finishes(case_of(asked), moves, -4.0)
     assert finish.on == pytest.approx(90.0) and finish.off == pytest.approx(90.0) and finish.past == 0.0
     assert wall_judge.finishes(case_of(asked), moves[:-3], -4.0) == []
-    finish, = wall_judge.finishes(case_of(asked), moves[1:-1], -4.0)
+    (finish,) = wall_judge.finishes(case_of(asked), moves[1:-1], -4.0)
     assert finish.on is None and finish.off is None

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""surface_plan() judged by brute force (support/surface_judge.py): gouges, what is left, links, and the abstract's points."""
+"""surface_plan() judged by brute force (support/surface_judge.py): gouges, what is left, links, and the abstract's
+points."""
+
 import dataclasses
 import math
 
@@ -15,7 +17,7 @@ from chipwise.moves import Line, Rapid
 from chipwise.surface.model import Placing
 
 TOOLS = {"flat": Shape(6), "ball": Shape(6, 3), "bull": Shape(6, 1), "vee": Shape(6, 0, 60), "tapered": Shape(6, 1, 20)}
-GOUGE, ORACLE = 1e-3, 1e-3          # mm: allowed below the model; what the oracle's search may miss
+GOUGE, ORACLE = 1e-3, 1e-3  # mm: allowed below the model; what the oracle's search may miss
 START = (-10.0, -10.0, 30.0)
 
 
@@ -23,18 +25,32 @@ START = (-10.0, -10.0, 30.0)
 def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("models")
     step = np.concatenate([surface_cases.box((0, 0, -5), (25, 20, 0)), surface_cases.box((6, 6, 0), (15.3, 14.1, 4))])
-    return {"waves": surface_cases.write_stl(folder / "waves.stl", surface_cases.waves(25, 25.0)),
-            "step": surface_cases.write_stl(folder / "step.stl", step)}
+    return {
+        "waves": surface_cases.write_stl(folder / "waves.stl", surface_cases.waves(25, 25.0)),
+        "step": surface_cases.write_stl(folder / "step.stl", step),
+    }
 
 
 def request(file, tool, **fields):
-    known = dict(file=file, stamp=(), placing=Placing(), bottom=None, clearance=None, tool=TOOLS[tool], step=1.5, feed=600.0,
-                 plunge_feed=200.0, start=START, stock_is_model=True)
+    known = dict(
+        file=file,
+        stamp=(),
+        placing=Placing(),
+        bottom=None,
+        clearance=None,
+        tool=TOOLS[tool],
+        step=1.5,
+        feed=600.0,
+        plunge_feed=200.0,
+        start=START,
+        stock_is_model=True,
+    )
     return SurfaceRequest(**{**known, **fields})
 
 
 def triangles_of(file):
     from chipwise.surface.model import read_model
+
     return surface_cases.triangles_of(read_model(file, Placing()))
 
 
@@ -43,10 +59,18 @@ def test_between_points_nothing_is_gouged_and_little_is_left(files, tool):
     """Random directions and links over hills: at most 0.001 mm below, at most the tolerance above."""
     rng = np.random.default_rng(random_seed())
     for case in range(random_count(1)):
-        r = request(files["waves"], tool, direction=float(rng.integers(0, 360)), link=case % 3, tolerance=float(rng.choice([0.01, 0.03])),
-                    bottom=float(rng.choice([-10, -7])))
+        r = request(
+            files["waves"],
+            tool,
+            direction=float(rng.integers(0, 360)),
+            link=case % 3,
+            tolerance=float(rng.choice([0.01, 0.03])),
+            bottom=float(rng.choice([-10, -7])),
+        )
         plan = surface_plan(r)
-        deepest, highest = surface_judge.gouge_and_rest(plan.moves, START, triangles_of(r.file), r.tool, r.bottom, 25, case)
+        deepest, highest = surface_judge.gouge_and_rest(
+            plan.moves, START, triangles_of(r.file), r.tool, r.bottom, 25, case
+        )
         assert deepest <= GOUGE and highest <= r.tolerance + ORACLE, (r, deepest, highest)
 
 
@@ -54,13 +78,17 @@ def test_between_points_nothing_is_gouged_and_little_is_left(files, tool):
 def test_walls(files, tool):
     """A step with vertical walls, at an odd angle: nothing below the model anywhere."""
     r = request(files["step"], tool, direction=17.0, link=1)
-    deepest, _highest = surface_judge.gouge_and_rest(surface_plan(r).moves, START, triangles_of(r.file), r.tool, -5.0, 25, 3)
+    deepest, _highest = surface_judge.gouge_and_rest(
+        surface_plan(r).moves, START, triangles_of(r.file), r.tool, -5.0, 25, 3
+    )
     assert deepest <= GOUGE
 
 
 def test_the_judge_sees_a_gouge(files):
     r = request(files["waves"], "ball")
-    moves = [dataclasses.replace(move, z=move.z - 0.02) if isinstance(move, Line) else move for move in surface_plan(r).moves]
+    moves = [
+        dataclasses.replace(move, z=move.z - 0.02) if isinstance(move, Line) else move for move in surface_plan(r).moves
+    ]
     assert surface_judge.gouge_and_rest(moves, START, triangles_of(r.file), r.tool, -10.0, 40, 1)[0] > 0.009
 
 
@@ -74,9 +102,14 @@ def test_no_traverse_meets_stock(files, name, tool, link):
     depths = needles.follow(plan.moves, START, r.tool)
     assert len(depths) > 2 and max(depths) <= surface_judge.RIDGE
     if link:
-        lower = [move if not isinstance(move, Rapid) else dataclasses.replace(move, z=None if move.z is None else move.z - 3.0) for move in plan.moves]
+        lower = [
+            move
+            if not isinstance(move, Rapid)
+            else dataclasses.replace(move, z=None if move.z is None else move.z - 3.0)
+            for move in plan.moves
+        ]
         again = surface_judge.Needles(plan.low, plan.high, 4.5, 3000, 1)
-        assert max(again.follow(lower, START, r.tool)) > 0.5        # the judge sees it
+        assert max(again.follow(lower, START, r.tool)) > 0.5  # the judge sees it
 
 
 def test_pick_feed_goes_through_the_points_of_the_abstract(files):
@@ -86,7 +119,7 @@ def test_pick_feed_goes_through_the_points_of_the_abstract(files):
     ends = [k for k, move in enumerate(moves) if isinstance(move, Line) and move.x is None and move.z > moves[k - 1].z]
     assert len(ends) == surface_plan(r).cuts - 1
     for k in ends:
-        pe, pa, pb, pc, pd, ps = moves[k - 1:k + 5]
+        pe, pa, pb, pc, pd, ps = moves[k - 1 : k + 5]
         assert pa.z == pytest.approx(pe.z + 1.5) and pa.feed == 600
         assert pb == Rapid(z=6.0) and (pc.z, pc.x is None) == (None, False)
         assert isinstance(pd, Rapid) and ps == Line(z=ps.z, feed=200.0)
@@ -99,7 +132,11 @@ def test_links_over_finished_stock_come_down_to_the_relief(files):
     """Below its top nothing is known to be: with a stock that ends below the model Pd is the relief above Ps."""
     r = request(files["step"], "flat", relief=0.7, clearance=9.0, stock_top=-5.0, link=0)
     moves = surface_plan(r).moves
-    plunges = [(before.z, move.z) for before, move in zip(moves, moves[1:]) if isinstance(before, Rapid) and isinstance(move, Line)]
+    plunges = [
+        (before.z, move.z)
+        for before, move in zip(moves, moves[1:])
+        if isinstance(before, Rapid) and isinstance(move, Line)
+    ]
     assert plunges and all(a - b == pytest.approx(0.7) for a, b in plunges)
 
 
@@ -116,14 +153,20 @@ def test_lowest_links_are_lower_and_one_way_cuts_keep_their_hand(files):
         plan = surface_plan(request(files["waves"], "ball", climb=climb, start=None))
         y = [move.y for move in plan.moves if isinstance(move, Rapid) and move.y is not None]
         assert y == sorted(y, reverse=climb)
-        cuts = [b.x - a.x for a, b in zip(plan.moves, plan.moves[1:]) if isinstance(a, Line) and isinstance(b, Line) and None not in (a.x, b.x)]
-        assert min(cuts) > 0        # along +X, with the stock on the right when climb
+        cuts = [
+            b.x - a.x
+            for a, b in zip(plan.moves, plan.moves[1:])
+            if isinstance(a, Line) and isinstance(b, Line) and None not in (a.x, b.x)
+        ]
+        assert min(cuts) > 0  # along +X, with the stock on the right when climb
 
 
 def test_allowance_floor_margin(files):
     r = request(files["waves"], "ball", allowance=0.4, bottom=-6.0, margin=3.0)
     plan = surface_plan(r)
-    deepest, highest = surface_judge.gouge_and_rest(plan.moves, START, triangles_of(r.file), r.tool, -6.0, 25, 2, allowance=0.4)
+    deepest, highest = surface_judge.gouge_and_rest(
+        plan.moves, START, triangles_of(r.file), r.tool, -6.0, 25, 2, allowance=0.4
+    )
     assert deepest <= GOUGE and highest <= r.tolerance + ORACLE
     x = [move.x for move in plan.moves if move.x is not None]
     assert min(x) == pytest.approx(-3) and max(x) == pytest.approx(28)
@@ -132,33 +175,59 @@ def test_allowance_floor_margin(files):
 def test_holder_raises_the_tool_and_is_named(files):
     r = dataclasses.replace(request(files["step"], "flat"), tool=Shape(6, 0, 0, 30, 3))
     plan = surface_plan(r)
-    assert len(plan.notes) == 1 and "the holder keeps the tool up to 1 mm above the surface" in str(CycleError(plan.notes[0].text, **plan.notes[0].lengths))
-    assert min(move.z for move in plan.moves if isinstance(move, Line)) == pytest.approx(1.0, abs=1e-3)      # the holder is over the step everywhere
+    assert len(plan.notes) == 1 and "the holder keeps the tool up to 1 mm above the surface" in str(
+        CycleError(plan.notes[0].text, **plan.notes[0].lengths)
+    )
+    assert min(move.z for move in plan.moves if isinstance(move, Line)) == pytest.approx(
+        1.0, abs=1e-3
+    )  # the holder is over the step everywhere
 
 
 def test_long_zigzag_has_places_to_rest(files, monkeypatch):
     from chipwise.cycles import surface_moves
     from chipwise.gcode_lines import chunks
+
     monkeypatch.setattr(surface_moves, "REST_MOVES", 100)
     plan = surface_plan(dataclasses.replace(request(files["waves"], "ball", link=2), most_moves=499_999))
-    lifts = [k for k, move in enumerate(plan.moves) if isinstance(move, Line) and move.x is None and move.z > (plan.moves[k - 1].z or 0)]
+    lifts = [
+        k
+        for k, move in enumerate(plan.moves)
+        if isinstance(move, Line) and move.x is None and move.z > (plan.moves[k - 1].z or 0)
+    ]
     assert len(lifts) > 3 and chunks(plan.moves, START, 1.0)
 
 
 def test_direction_is_that_of_the_cuts(files):
     plan = surface_plan(request(files["waves"], "flat", direction=30.0, stock_top=-12.0))
     for a, b in zip(plan.moves, plan.moves[1:]):
-        if isinstance(a, Line) and isinstance(b, Line) and None not in (a.x, b.x) and math.hypot(b.x - a.x, b.y - a.y) > 0.1:
+        if (
+            isinstance(a, Line)
+            and isinstance(b, Line)
+            and None not in (a.x, b.x)
+            and math.hypot(b.x - a.x, b.y - a.y) > 0.1
+        ):
             assert math.degrees(math.atan2(b.y - a.y, b.x - a.x)) == pytest.approx(30, abs=1e-6)
 
 
-@pytest.mark.parametrize("fields, text", [
-    (dict(step=0.0), "step-over D0 mm is not above 0"), (dict(step=7.0), "is larger than the tool"),
-    (dict(allowance=-1.0), "allowance I-1 mm"), (dict(relief=-1.0), "tool relief K-1 mm is negative"), (dict(link=3), "link P3 is not known"),
-    (dict(tolerance=0.0), "tolerance 0 mm"), (dict(clearance=-3.0), "clearance plane R-3 mm is below the top of the model"),
-    (dict(clearance=3.0, stock_top=4.0), "below the top of the stock (4 mm)"), (dict(bottom=9.0, clearance=5.0), "is not below the clearance plane"),
-    (dict(feed=0.0), "no feed"), (dict(direction=0.5), "not a whole number of degrees"), (dict(tool=Shape(0.01), step=0.001), "more than 20000 cuts"),
-    (dict(most_moves=300), "moves, more than 300"), (dict(file="/nowhere/x.stl"), "x.stl: No such file")])
+@pytest.mark.parametrize(
+    "fields, text",
+    [
+        (dict(step=0.0), "step-over D0 mm is not above 0"),
+        (dict(step=7.0), "is larger than the tool"),
+        (dict(allowance=-1.0), "allowance I-1 mm"),
+        (dict(relief=-1.0), "tool relief K-1 mm is negative"),
+        (dict(link=3), "link P3 is not known"),
+        (dict(tolerance=0.0), "tolerance 0 mm"),
+        (dict(clearance=-3.0), "clearance plane R-3 mm is below the top of the model"),
+        (dict(clearance=3.0, stock_top=4.0), "below the top of the stock (4 mm)"),
+        (dict(bottom=9.0, clearance=5.0), "is not below the clearance plane"),
+        (dict(feed=0.0), "no feed"),
+        (dict(direction=0.5), "not a whole number of degrees"),
+        (dict(tool=Shape(0.01), step=0.001), "more than 20000 cuts"),
+        (dict(most_moves=300), "moves, more than 300"),
+        (dict(file="/nowhere/x.stl"), "x.stl: No such file"),
+    ],
+)
 def test_refused(files, fields, text):
     with pytest.raises(CycleError) as found:
         surface_plan(dataclasses.replace(request(files["waves"], "ball"), **fields))

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The holder of surface_plan() against the stock as it is cut, judged by needles apart, and the messages about holder and flutes."""
+"""The holder of surface_plan() against the stock as it is cut, judged by needles apart, and the messages about holder
+and flutes."""
+
 import dataclasses
 
 import numpy as np
@@ -14,8 +16,8 @@ from chipwise.surface.links import Obstacles
 from chipwise.surface.model import Placing
 
 START = (-10.0, -10.0, 30.0)
-TOOL = Shape(4, 1, 0, 10, 7)        # bull-nose, 7 mm out of a holder of 10 mm
-BEYOND = 3.5                        # mm of stock around the model that is looked at: the plan knows 4
+TOOL = Shape(4, 1, 0, 10, 7)  # bull-nose, 7 mm out of a holder of 10 mm
+BEYOND = 3.5  # mm of stock around the model that is looked at: the plan knows 4
 
 
 @pytest.fixture(scope="module")
@@ -24,8 +26,22 @@ def waves(tmp_path_factory):
 
 
 def request(file, **fields):
-    known = dict(file=file, stamp=(), placing=Placing(), bottom=None, clearance=None, tool=TOOL, step=1.5, feed=600.0, plunge_feed=200.0, start=START,
-                 stock_is_model=True, tolerance=0.02, stock_top=3.0, cell=0.2)
+    known = dict(
+        file=file,
+        stamp=(),
+        placing=Placing(),
+        bottom=None,
+        clearance=None,
+        tool=TOOL,
+        step=1.5,
+        feed=600.0,
+        plunge_feed=200.0,
+        start=START,
+        stock_is_model=True,
+        tolerance=0.02,
+        stock_top=3.0,
+        cell=0.2,
+    )
     return SurfaceRequest(**{**known, **fields})
 
 
@@ -50,14 +66,23 @@ def notes_of(plan):
 
 @pytest.mark.parametrize("link, depth", [(0, None), (1, 3.0), (2, 3.0), (2, None)])
 def test_the_holder_is_clear_of_the_stock(waves, link, depth):
-    """The stock reaches 3 mm above hills whose valleys are 13 mm below it: near the edges, and everywhere without levels, the tool is kept up."""
+    """The stock reaches 3 mm above hills whose valleys are 13 mm below it: near the edges, and everywhere without
+    levels, the tool is kept up."""
     rng = np.random.default_rng(random_seed())
     for _case in range(random_count(1)):
         r = request(waves, link=link, depth=depth, direction=float(rng.choice([0, 90, rng.integers(0, 360)])))
         plan = surface_plan(r)
         assert in_holder(plan, r) <= surface_judge.RIDGE, (random_seed(), r)
         assert [("stock beside the holder keeps the tool up to" in note) for note in notes_of(plan)].count(True) == 1
-        gouge, _rest = surface_judge.gouge_and_rest(plan.moves, START, surface_cases.waves(20, 12.0), dataclasses.replace(r.tool, holder_diameter=0.0), plan.low[2], 20, 1)
+        gouge, _rest = surface_judge.gouge_and_rest(
+            plan.moves,
+            START,
+            surface_cases.waves(20, 12.0),
+            dataclasses.replace(r.tool, holder_diameter=0.0),
+            plan.low[2],
+            20,
+            1,
+        )
         assert gouge <= 1e-3
 
 
@@ -70,11 +95,24 @@ def test_the_judge_sees_a_holder_in_the_stock(waves, monkeypatch):
 def test_a_clear_holder_changes_nothing(waves):
     """Not even the arcs."""
     r = request(waves, link=1, depth=3.0)
-    long, none = (surface_plan(dataclasses.replace(r, tool=dataclasses.replace(TOOL, **more))) for more in (dict(stick_out=14.0), dict(holder_diameter=0.0)))
+    long, none = (
+        surface_plan(dataclasses.replace(r, tool=dataclasses.replace(TOOL, **more)))
+        for more in (dict(stick_out=14.0), dict(holder_diameter=0.0))
+    )
     assert long.moves == none.moves and not long.notes and any(type(move).__name__ == "PlaneArc" for move in long.moves)
 
 
-@pytest.mark.parametrize("fields, said", [(dict(flute_length=5.0), True), (dict(flute_length=14.0), False), (dict(), False), (dict(flute_length=5.0, depth=3.0), False)])
+@pytest.mark.parametrize(
+    "fields, said",
+    [
+        (dict(flute_length=5.0), True),
+        (dict(flute_length=14.0), False),
+        (dict(), False),
+        (dict(flute_length=5.0, depth=3.0), False),
+    ],
+)
 def test_cuts_deeper_than_the_flutes_are_named(waves, fields, said):
     plan = surface_plan(request(waves, tool=dataclasses.replace(TOOL, holder_diameter=0.0), **fields))
-    assert [("deep, the flutes are 5 mm long; rough in levels first" in note) for note in notes_of(plan)] == [True] * said
+    assert [("deep, the flutes are 5 mm long; rough in levels first" in note) for note in notes_of(plan)] == [
+        True
+    ] * said

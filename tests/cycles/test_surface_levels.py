@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Levels and rest of surface_plan(), judged by needles of stock (support/surface_judge.py) against the same cuts made all over."""
+"""Levels and rest of surface_plan(), judged by needles of stock (support/surface_judge.py) against the same cuts made
+all over."""
+
 import dataclasses
 
 import numpy as np
@@ -14,7 +16,7 @@ from chipwise.surface.model import Placing
 
 TOOLS = {"flat": Shape(6), "ball": Shape(6, 3), "bull": Shape(6, 1), "tapered": Shape(4, 1, 20)}
 START = (-10.0, -10.0, 30.0)
-APART, CELL = 0.4, 0.25         # mm: needles of the judge, of the plan
+APART, CELL = 0.4, 0.25  # mm: needles of the judge, of the plan
 GOUGE = 1e-3
 
 
@@ -22,18 +24,34 @@ GOUGE = 1e-3
 def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("models")
     step = np.concatenate([surface_cases.box((0, 0, -5), (25, 20, 0)), surface_cases.box((6, 6, 0), (15.3, 14.1, 4))])
-    return {"waves": surface_cases.write_stl(folder / "waves.stl", surface_cases.waves(25, 25.0)),
-            "step": surface_cases.write_stl(folder / "step.stl", step)}
+    return {
+        "waves": surface_cases.write_stl(folder / "waves.stl", surface_cases.waves(25, 25.0)),
+        "step": surface_cases.write_stl(folder / "step.stl", step),
+    }
 
 
 def request(file, tool, **fields):
-    known = dict(file=file, stamp=(), placing=Placing(), bottom=None, clearance=None, tool=TOOLS.get(tool, tool), step=2.0, feed=600.0,
-                 plunge_feed=200.0, start=START, stock_is_model=True, cell=CELL, tolerance=0.02)
+    known = dict(
+        file=file,
+        stamp=(),
+        placing=Placing(),
+        bottom=None,
+        clearance=None,
+        tool=TOOLS.get(tool, tool),
+        step=2.0,
+        feed=600.0,
+        plunge_feed=200.0,
+        start=START,
+        stock_is_model=True,
+        cell=CELL,
+        tolerance=0.02,
+    )
     return SurfaceRequest(**{**known, **fields})
 
 
 def triangles_of(file):
     from chipwise.surface.model import read_model
+
     return surface_cases.triangles_of(read_model(file, Placing()))
 
 
@@ -52,17 +70,28 @@ CASES = [("waves", "flat", 0), ("waves", "ball", 1), ("step", "bull", 1), ("step
 
 @pytest.mark.parametrize("name, tool, link", CASES)
 def test_levels_leave_what_one_level_leaves(files, name, tool, link):
-    """Random depths, directions and steps: no traverse meets stock, nothing deeper than a level is taken, no gouge, nothing is left out."""
+    """Random depths, directions and steps: no traverse meets stock, nothing deeper than a level is taken, no gouge,
+    nothing is left out."""
     rng = np.random.default_rng(random_seed())
     for case in range(random_count(1)):
-        r = request(files[name], tool, link=link, direction=float(rng.integers(0, 360)), depth=float(rng.uniform(0.7, 2.5)),
-                    step=float(rng.uniform(1.0, 3.0)), allowance=float(rng.choice([0, 0.3])), stock_top=float(rng.choice([4.2, 7.0])))
+        r = request(
+            files[name],
+            tool,
+            link=link,
+            direction=float(rng.integers(0, 360)),
+            depth=float(rng.uniform(0.7, 2.5)),
+            step=float(rng.uniform(1.0, 3.0)),
+            allowance=float(rng.choice([0, 0.3])),
+            stock_top=float(rng.choice([4.2, 7.0])),
+        )
         plan = surface_plan(r)
         needles, rapids = left_by(plan, r.tool, r.stock_top)
         assert max(rapids) <= surface_judge.RIDGE, (r, max(rapids))
         _lengths, deepest = surface_judge.feed_figures(needles_of(plan, r.stock_top), plan.moves, START, r.tool)
         assert deepest <= r.depth + LEAST_STOCK + surface_judge.RIDGE, (r, deepest)
-        gouge, _rest = surface_judge.gouge_and_rest(plan.moves, START, triangles_of(r.file), r.tool, plan.low[2], 25, case, r.allowance)
+        gouge, _rest = surface_judge.gouge_and_rest(
+            plan.moves, START, triangles_of(r.file), r.tool, plan.low[2], 25, case, r.allowance
+        )
         assert (gouge <= GOUGE) or r.allowance and tool != "ball", (r, gouge)
         whole, _rapids = left_by(surface_plan(dataclasses.replace(r, depth=None, link=0)), r.tool, r.stock_top)
         assert (needles.height - whole.height).max() <= LEAST_STOCK + r.tolerance + surface_judge.RIDGE, r
@@ -73,7 +102,7 @@ def test_the_judge_sees_a_deep_cut_and_what_is_left_out(files):
     plan = surface_plan(r)
     once = surface_plan(dataclasses.replace(r, depth=None))
     assert surface_judge.feed_figures(needles_of(once), once.moves, START, r.tool)[1] > 2.0
-    half = dataclasses.replace(plan, moves=plan.moves[:len(plan.moves) // 2])
+    half = dataclasses.replace(plan, moves=plan.moves[: len(plan.moves) // 2])
     assert (left_by(half, r.tool)[0].height - left_by(plan, r.tool)[0].height).max() > 0.5
 
 
@@ -81,7 +110,9 @@ def test_levels_are_cut_only_where_there_is_stock(files):
     """What a level has cut is not cut again: the feed in the cut, without entries, is hardly ever in air."""
     r = request(files["step"], "flat", depth=1.0, link=1, direction=30.0)
     plan = surface_plan(r)
-    lengths, _deepest = surface_judge.feed_figures(surface_judge.grid(plan.low, plan.high, plan.high[2], 0.2, 6.0), plan.moves, START, r.tool)
+    lengths, _deepest = surface_judge.feed_figures(
+        surface_judge.grid(plan.low, plan.high, plan.high[2], 0.2, 6.0), plan.moves, START, r.tool
+    )
     assert lengths[r.feed][1] <= 0.05 * lengths[r.feed][0], lengths
     again = surface_plan(dataclasses.replace(r, earlier=(r,)))
     assert again.cuts == 0 and all(move.x is None for move in again.moves)
@@ -111,8 +142,9 @@ def test_entries_into_full_stock_are_ramps(files):
 
 @pytest.mark.parametrize("name, link", [("waves", 1), ("waves", 2), ("step", 0)])
 def test_rest_with_a_smaller_tool(files, name, link):
-    """After a ball of 6 mm one of 2 mm cuts only where more than 0.08 mm is left, and leaves no more of it than over everything.  The plan
-    knows the stock a cell apart: between its needles, at the edges of the rest, up to one needle of the judge in a hundred is higher."""
+    """After a ball of 6 mm one of 2 mm cuts only where more than 0.08 mm is left, and leaves no more of it than over
+    everything.  The plan knows the stock a cell apart: between its needles, at the edges of the rest, up to one needle
+    of the judge in a hundred is higher."""
     first = request(files[name], "ball", step=0.6)
     whole = request(files[name], Shape(2, 1), step=0.5, direction=30.0, link=link, earlier=(first,), relief=0.3)
     r = dataclasses.replace(whole, least=0.08)
@@ -122,17 +154,20 @@ def test_rest_with_a_smaller_tool(files, name, link):
     after.height = needles.height.copy()
     after.follow(all_over.moves, START, r.tool)
     rest = needles.height - after.height > 0.08 + r.tolerance
-    assert rest.mean() > 0.02                               # there is some
+    assert rest.mean() > 0.02  # there is some
     assert max(needles.follow(plan.moves, START, r.tool)) <= surface_judge.RIDGE
     more = needles.height - after.height > 0.08 + r.tolerance + surface_judge.RIDGE
     assert more.mean() <= 0.01 and more.sum() < 0.2 * rest.sum()
-    fed, everywhere = (sum(np.linalg.norm(p[-1] - p[0]) for is_rapid, p in surface_judge.positions(moves, START) if not is_rapid)
-                       for moves in (plan.moves, all_over.moves))
+    fed, everywhere = (
+        sum(np.linalg.norm(p[-1] - p[0]) for is_rapid, p in surface_judge.positions(moves, START) if not is_rapid)
+        for moves in (plan.moves, all_over.moves)
+    )
     assert 0 < fed < 0.5 * everywhere
 
 
 def in_air(r, before):
-    """Share of the feed moves of a plan that lowers no needle, with all that leads into the cuts; before: needles as they are then."""
+    """Share of the feed moves of a plan that lowers no needle, with all that leads into the cuts; before: needles as
+    they are then."""
     needles = surface_judge.grid(r.low, r.high, r.high[2], 0.2)
     needles.height = before.copy()
     lengths, _deepest = surface_judge.feed_figures(needles, r.moves, START, Shape(3, 1.5))
@@ -141,10 +176,20 @@ def in_air(r, before):
 
 
 def test_rest_is_hardly_ever_in_air(files):
-    """Around a block with vertical walls, whose rest is a ring: one side after the other, without going up the walls.  One-way cuts have to come in
-    anew each time, which the judge sees."""
+    """Around a block with vertical walls, whose rest is a ring: one side after the other, without going up the walls.
+    One-way cuts have to come in anew each time, which the judge sees."""
     first = request(files["step"], "ball", step=0.5)
-    r = request(files["step"], Shape(3, 1.5), step=0.2, least=0.05, relief=0.3, link=2, feed=1500.0, plunge_feed=600.0, earlier=(first,))
+    r = request(
+        files["step"],
+        Shape(3, 1.5),
+        step=0.2,
+        least=0.05,
+        relief=0.3,
+        link=2,
+        feed=1500.0,
+        plunge_feed=600.0,
+        earlier=(first,),
+    )
     zigzag, one_way = surface_plan(r), surface_plan(dataclasses.replace(r, link=1))
     needles = surface_judge.grid(zigzag.low, zigzag.high, zigzag.high[2], 0.2)
     assert max(needles.follow(surface_plan(first).moves, START, first.tool)) <= surface_judge.RIDGE
@@ -175,9 +220,16 @@ def test_a_larger_tool_after_a_smaller_one(files):
     assert max(needles.follow(plan.moves, START, large.tool)) <= surface_judge.RIDGE
 
 
-@pytest.mark.parametrize("fields, text", [
-    (dict(depth=0.0), "depth of a level 0 mm is not above 0"), (dict(depth=float("nan")), "is not above 0"), (dict(depth=0.001), "more than 1000 levels"),
-    (dict(least=0.0), "rest of 0 mm is not above 0"), (dict(depth=1.0, most_moves=900), "moves, more than 900")])
+@pytest.mark.parametrize(
+    "fields, text",
+    [
+        (dict(depth=0.0), "depth of a level 0 mm is not above 0"),
+        (dict(depth=float("nan")), "is not above 0"),
+        (dict(depth=0.001), "more than 1000 levels"),
+        (dict(least=0.0), "rest of 0 mm is not above 0"),
+        (dict(depth=1.0, most_moves=900), "moves, more than 900"),
+    ],
+)
 def test_refused(files, fields, text):
     with pytest.raises(CycleError) as found:
         surface_plan(request(files["waves"], "ball", **fields))

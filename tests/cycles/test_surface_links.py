@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The links of P1 between random cuts of surface_plan(), judged apart (support/link_judge.py): no contact as LinuxCNC rounds them, the relief,
-the lead-in, and that they are quick."""
+"""The links of P1 between random cuts of surface_plan(), judged apart (support/link_judge.py): no contact as LinuxCNC
+rounds them, the relief, the lead-in, and that they are quick."""
+
 import math
 from types import SimpleNamespace
 
@@ -19,33 +20,60 @@ from chipwise.surface.scallop import unseen
 
 TOOLS = {"flat": Shape(6), "ball": Shape(6, 3), "bull": Shape(6, 1), "vee": Shape(6, 0, 60), "tapered": Shape(4, 1, 20)}
 START = (-10.0, -10.0, 30.0)
-ENDS_MM = 4.0           # from the ends of a link: further away the relief is kept
-KEPT = 0.4              # of it, where a corner is rounded
+ENDS_MM = 4.0  # from the ends of a link: further away the relief is kept
+KEPT = 0.4  # of it, where a corner is rounded
 
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("models")
     step = np.concatenate([surface_cases.box((0, 0, -5), (25, 20, 0)), surface_cases.box((6, 6, 0), (15.3, 14.1, 4))])
-    return {"waves": surface_cases.write_stl(folder / "waves.stl", surface_cases.waves(25, 25.0)),
-            "step": surface_cases.write_stl(folder / "step.stl", step), "dome": surface_cases.write_stl(folder / "dome.stl", surface_cases.sphere(9.0, 48))}
+    return {
+        "waves": surface_cases.write_stl(folder / "waves.stl", surface_cases.waves(25, 25.0)),
+        "step": surface_cases.write_stl(folder / "step.stl", step),
+        "dome": surface_cases.write_stl(folder / "dome.stl", surface_cases.sphere(9.0, 48)),
+    }
 
 
 def request(file, tool, **fields):
-    known = dict(file=file, stamp=(), placing=Placing(), bottom=None, clearance=None, tool=TOOLS[tool], step=1.0, feed=600.0,
-                 plunge_feed=200.0, start=START, stock_is_model=True, link=1, tolerance=0.03)
+    known = dict(
+        file=file,
+        stamp=(),
+        placing=Placing(),
+        bottom=None,
+        clearance=None,
+        tool=TOOLS[tool],
+        step=1.0,
+        feed=600.0,
+        plunge_feed=200.0,
+        start=START,
+        stock_is_model=True,
+        link=1,
+        tolerance=0.03,
+    )
     return SurfaceRequest(**{**known, **fields})
 
 
 def depths_of(plan, r, seed, positions):
-    return surface_judge.Needles(plan.low, plan.high, plan.high[2] + r.allowance, 3000, seed).follow(plan.moves, START, r.tool, positions)
+    return surface_judge.Needles(plan.low, plan.high, plan.high[2] + r.allowance, 3000, seed).follow(
+        plan.moves, START, r.tool, positions
+    )
 
 
 def random_request(files, rng):
     depth = float(rng.choice([0, 1.5])) or None
-    return request(files[rng.choice(sorted(files))], rng.choice(sorted(TOOLS)), direction=float(rng.integers(0, 360)), step=float(rng.uniform(0.6, 2.5)),
-                   relief=float(rng.choice([0.2, 0.5, 1.0, 2.0])), cell=float(rng.choice([0.15, 0.25, 0.4])), depth=depth, link=int(rng.choice([1, 2])) if depth else 1,
-                   allowance=float(rng.choice([0, 0.3])), climb=bool(rng.integers(0, 2)))
+    return request(
+        files[rng.choice(sorted(files))],
+        rng.choice(sorted(TOOLS)),
+        direction=float(rng.integers(0, 360)),
+        step=float(rng.uniform(0.6, 2.5)),
+        relief=float(rng.choice([0.2, 0.5, 1.0, 2.0])),
+        cell=float(rng.choice([0.15, 0.25, 0.4])),
+        depth=depth,
+        link=int(rng.choice([1, 2])) if depth else 1,
+        allowance=float(rng.choice([0, 0.3])),
+        climb=bool(rng.integers(0, 2)),
+    )
 
 
 def test_no_link_meets_stock_however_its_corners_are_rounded(files):
@@ -59,44 +87,61 @@ def test_no_link_meets_stock_however_its_corners_are_rounded(files):
 
 
 def test_stock_behind_the_end_of_a_cut_counts_further_down():
-    """A wall of 3 mm that a flat tool has passed at 2 mm: away from it the tool may go level, but not down beside it, into what is left of it."""
+    """A wall of 3 mm that a flat tool has passed at 2 mm: away from it the tool may go level, but not down beside it,
+    into what is left of it."""
     stock = HeightMap((-10, -10, 0), (10, 10, 3), 0.25)
     stock.height[:] = 0.0
-    stock.height[:, :40] = 2.0                      # up to X0
+    stock.height[:, :40] = 2.0  # up to X0
     obstacles = Obstacles(SimpleNamespace(has_holder=False), Shape(6), stock)
     end = np.array([2.0, 0.0, 2.0])
     assert obstacles.lowest_ahead((2.0, 0.0), (2.5, 0.0), end) == pytest.approx(2.0)
-    assert obstacles.lowest_ahead((5.0, 0.0), (5.5, 0.0), end) < 0.1           # out of its reach
-    stock.height[:, :40] = 3.0                      # it has been cut away where the tool was
+    assert obstacles.lowest_ahead((5.0, 0.0), (5.5, 0.0), end) < 0.1  # out of its reach
+    stock.height[:, :40] = 3.0  # it has been cut away where the tool was
     assert obstacles.lowest_ahead((2.0, 0.0), (2.5, 0.0), end) == pytest.approx(2.0)
 
 
 def test_a_ridge_thinner_than_a_cell_is_kept_above():
-    """A plane cut with steep tools: above each place of it the tool stays clear of the ridges as they are, of which the map may not have a top."""
+    """A plane cut with steep tools: above each place of it the tool stays clear of the ridges as they are, of which the
+    map may not have a top."""
     rng, short = np.random.default_rng(random_seed()), 0.0
     for case in range(random_count(20)):
         tool = Shape(float(rng.uniform(2, 4)), float(rng.uniform(0.1, 0.5)), float(rng.choice([20, 60])))
-        cell, step, direction = float(rng.uniform(0.1, 0.4)), float(rng.uniform(0.3, 0.9)) * tool.diameter / 2, math.radians(rng.uniform(0, 360))
-        along, across = np.array([math.cos(direction), math.sin(direction)]), np.array([-math.sin(direction), math.cos(direction)])
+        cell, step, direction = (
+            float(rng.uniform(0.1, 0.4)),
+            float(rng.uniform(0.3, 0.9)) * tool.diameter / 2,
+            math.radians(rng.uniform(0, 360)),
+        )
+        along, across = (
+            np.array([math.cos(direction), math.sin(direction)]),
+            np.array([-math.sin(direction), math.cos(direction)]),
+        )
         stock = HeightMap((-5, -5, -1), (5, 5, 5), cell)
         for k in range(-14, 15):
             middle = k * step * across
             stock.cut(tool, (*(middle - 9 * along), 0.0), np.array([(*(middle + 9 * along), 0.0)]))
-        obstacles = Obstacles(SimpleNamespace(has_holder=False, floor=0.0, heights=lambda xy: np.zeros(len(xy))), tool, stock, unseen(tool, step, cell))
+        obstacles = Obstacles(
+            SimpleNamespace(has_holder=False, floor=0.0, heights=lambda xy: np.zeros(len(xy))),
+            tool,
+            stock,
+            unseen(tool, step, cell),
+        )
         height, _radius = drop_oracle.profile(tool)
         places = rng.uniform(-2, 2, (20, 2))
-        nearest = np.abs((places @ across / step) % 1.0 - 0.5) * step           # to the middle between two cuts
+        nearest = np.abs((places @ across / step) % 1.0 - 0.5) * step  # to the middle between two cuts
         true = np.maximum(height(step / 2) - height(nearest), 0.0)
         told = obstacles.lowest_at(places)
         short = max(short, float((true - told).max()) + obstacles.ridge)
         assert (told >= true - 0.02 * true.max() - 1e-4).all(), (random_seed(), case, tool, cell, step, direction)
-    assert short > 0.02         # what the map alone has
+    assert short > 0.02  # what the map alone has
 
 
 def test_the_judge_sees_low_links_and_rounds_corners(files):
     r = request(files["step"], "bull")
     plan = surface_plan(r)
-    low = [Rapid(move.x, move.y, None if move.z is None else move.z - 1.8) if isinstance(move, Rapid) else move for move in plan.moves]
+    low = [
+        Rapid(move.x, move.y, None if move.z is None else move.z - 1.8) if isinstance(move, Rapid) else move
+        for move in plan.moves
+    ]
     needles = surface_judge.Needles(plan.low, plan.high, plan.high[2], 3000, 1)
     assert max(needles.follow(low, START, r.tool, link_judge.rounded_positions)) > 0.05
     corner, blend = np.array([20.0, 0.0, 0.0]), 0.4
@@ -113,9 +158,16 @@ def test_the_relief_is_kept_away_from_the_ends(files, name, tool):
     plan = surface_plan(r)
     triangles = surface_cases.triangles_of(read_model(r.file, Placing()))
     height, radius = drop_oracle.profile(r.tool)
-    needles, rng, seen = surface_judge.Needles(plan.low, plan.high, plan.high[2], 3000, 1), np.random.default_rng(random_seed()), 0
+    needles, rng, seen = (
+        surface_judge.Needles(plan.low, plan.high, plan.high[2], 3000, 1),
+        np.random.default_rng(random_seed()),
+        0,
+    )
     for is_rapid, points in link_judge.rounded_positions(plan.moves, START)[2:-1]:
-        far = points[(np.linalg.norm(points[:, :2] - points[0, :2], axis=1) > ENDS_MM) & (np.linalg.norm(points[:, :2] - points[-1, :2], axis=1) > ENDS_MM)]
+        far = points[
+            (np.linalg.norm(points[:, :2] - points[0, :2], axis=1) > ENDS_MM)
+            & (np.linalg.norm(points[:, :2] - points[-1, :2], axis=1) > ENDS_MM)
+        ]
         if not is_rapid:
             one = [Line(*points[-1], feed=1.0)]
             needles.follow(one, points[0], r.tool)
@@ -131,7 +183,8 @@ def test_the_relief_is_kept_away_from_the_ends(files, name, tool):
 
 @pytest.mark.parametrize("name, tool", [("waves", "ball"), ("step", "bull"), ("dome", "flat")])
 def test_links_are_quicker_than_over_the_clearance_plane(files, name, tool):
-    """By another planner: at most 0.75 of the time on these small models, where every link is short; bench/bench_surface.py has larger ones."""
+    """By another planner: at most 0.75 of the time on these small models, where every link is short;
+    bench/bench_surface.py has larger ones."""
     seconds = []
     for link in (0, 1):
         plan = surface_plan(request(files[name], tool, link=link, step=0.5, feed=1500.0, plunge_feed=600.0))
@@ -144,7 +197,11 @@ def test_the_lead_in_goes_down_at_the_plunge_feed(files):
     slanted = 0
     for link in link_judge.links_of(surface_plan(r).moves, START):
         feed, (above, start) = link.after
-        assert above[2] > start[2] and feed * (above[2] - start[2]) / math.dist(above, start) <= r.plunge_feed * (1 + 1e-9) and feed <= r.feed
+        assert (
+            above[2] > start[2]
+            and feed * (above[2] - start[2]) / math.dist(above, start) <= r.plunge_feed * (1 + 1e-9)
+            and feed <= r.feed
+        )
         slanted += math.dist(above[:2], start[:2]) > 0.1
     assert slanted > 10
 
@@ -159,7 +216,10 @@ def test_path_modes_of_the_lines(files):
         mode = move.tolerance if isinstance(move, Blend) else mode
         assert mode is None or isinstance(move, (Blend, Rapid))
     rows = [line for chunk in chunks(plan.moves, START, 25.4) for row in chunk for line in row[1].split("\n")]
-    assert sum(line == f"G64 P{0.7 / 25.4:.9f}" for line in rows) >= len(blends) // 2 and rows.count(CALLERS_PATH) == len(blends) // 2
+    assert (
+        sum(line == f"G64 P{0.7 / 25.4:.9f}" for line in rows) >= len(blends) // 2
+        and rows.count(CALLERS_PATH) == len(blends) // 2
+    )
     program = list(texts(plan.moves, START, 1.0, 4, "G64 P0.002"))
     assert program.count("G64 P0.002") == len(blends) // 2 and CALLERS_PATH not in program
 
@@ -171,12 +231,24 @@ def test_without_relief_nothing_is_rounded(files):
 
 
 def test_links_stay_over_the_rectangle(files):
-    """Seen from above no move leaves the rectangle around the model and the margin, links beside the first and the last cut included."""
+    """Seen from above no move leaves the rectangle around the model and the margin, links beside the first and the last
+    cut included."""
     rng = np.random.default_rng(random_seed())
     for case in range(random_count(3)):
         margin = float(rng.choice([0.0, 1.5]))
-        r = request(files[rng.choice(sorted(files))], rng.choice(sorted(TOOLS)), direction=float(rng.integers(0, 360)), step=2.0, climb=bool(rng.integers(0, 2)), margin=margin)
+        r = request(
+            files[rng.choice(sorted(files))],
+            rng.choice(sorted(TOOLS)),
+            direction=float(rng.integers(0, 360)),
+            step=2.0,
+            climb=bool(rng.integers(0, 2)),
+            margin=margin,
+        )
         plan = surface_plan(r)
-        places = np.array([(move.x, move.y) for move in plan.moves if getattr(move, "x", None) is not None and move.y is not None])
+        places = np.array(
+            [(move.x, move.y) for move in plan.moves if getattr(move, "x", None) is not None and move.y is not None]
+        )
         assert len(places) > 20
-        assert (places >= np.array(plan.low[:2]) - margin - 1e-5).all() and (places <= np.array(plan.high[:2]) + margin + 1e-5).all(), (random_seed(), case)
+        assert (places >= np.array(plan.low[:2]) - margin - 1e-5).all() and (
+            places <= np.array(plan.high[:2]) + margin + 1e-5
+        ).all(), (random_seed(), case)

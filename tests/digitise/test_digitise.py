@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """chipwise digitise: a traced ball becomes a height map and a program; both are judged by the ball's closed form."""
+
 import json
 import re
 import subprocess
@@ -17,20 +18,30 @@ from support.digitising import digitise
 from support.random_cases import random_count, random_seed
 from support.tracer_rig import FAR, STATE, SURFACE, Rig
 
-RADIUS, STYLUS, HALF = 9.0, 1.0, 2.5        # mm: model, stylus, half the window
+RADIUS, STYLUS, HALF = 9.0, 1.0, 2.5  # mm: model, stylus, half the window
 
 
 def log_of(rows, per_mm=1.0):
     """The rows as halsampler writes them."""
     touching = np.isin(rows["state"], (STATE.TRACE, STATE.PICK)) & (rows["measured_mm"] > 0.15)
-    return "".join(f"{int(touch)} {x * per_mm:f} {y * per_mm:f} {z * per_mm:f} \n" for touch, (x, y, z) in zip(touching, rows["seen_ball_mm"]))
+    return "".join(
+        f"{int(touch)} {x * per_mm:f} {y * per_mm:f} {z * per_mm:f} \n"
+        for touch, (x, y, z) in zip(touching, rows["seen_ball_mm"])
+    )
 
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
     """A ball of R 9 traced with a stylus of R 1 in lines 0.1 mm apart, with noise and 2 periods of dead time."""
-    rig = Rig((-HALF, -HALF, 12), {"surface_number": SURFACE.BALL, "size_mm": RADIUS, "noise_mm": 0.0005, "delay_periods": 2},
-              feed_mm_s=25.0, pick_mm=0.1, dead_time_s=0.002, window_min_mm=(-HALF, -HALF, -FAR), window_max_mm=(HALF, HALF, FAR))
+    rig = Rig(
+        (-HALF, -HALF, 12),
+        {"surface_number": SURFACE.BALL, "size_mm": RADIUS, "noise_mm": 0.0005, "delay_periods": 2},
+        feed_mm_s=25.0,
+        pick_mm=0.1,
+        dead_time_s=0.002,
+        window_min_mm=(-HALF, -HALF, -FAR),
+        window_max_mm=(HALF, HALF, FAR),
+    )
     rows = rig.until(STATE.DONE, STATE.FAULT)
     assert rows["state"][-1] == STATE.DONE
     path = tmp_path_factory.mktemp("trace") / "trace.log"
@@ -45,7 +56,7 @@ def errors(path, cell, inside=HALF - 0.3):
     y = head.low[1] + (np.arange(head.ny) + 0.5) * cell
     x, y = np.meshgrid(x, y)
     near = (np.abs(x) < inside) & (np.abs(y) < inside)
-    return (cells["top"][1:-1, 1:-1] - np.sqrt(RADIUS ** 2 - x ** 2 - y ** 2))[near]
+    return (cells["top"][1:-1, 1:-1] - np.sqrt(RADIUS**2 - x**2 - y**2))[near]
 
 
 def test_the_height_map_of_a_ball(log, tmp_path):
@@ -66,22 +77,32 @@ def test_the_height_map_of_a_ball(log, tmp_path):
 
 @pytest.mark.parametrize("noise, cell", [(0.0, 0.1), (0.0005, 0.25), (0.002, 0.1)])
 def test_the_map_with_noise_and_at_its_rim(noise, cell):
-    """Up to 24 degrees at the rim: below the ball by three standard deviations over the cosine at most; where only a flank passed nothing is known."""
+    """Up to 24 degrees at the rim: below the ball by three standard deviations over the cosine at most; where only a
+    flank passed nothing is known."""
     half = 3.5
-    rig = Rig((-half, -half, 12), {"surface_number": SURFACE.BALL, "size_mm": RADIUS, "noise_mm": noise, "delay_periods": 2},
-              feed_mm_s=25.0, pick_mm=0.2, dead_time_s=0.002, window_min_mm=(-half, -half, -FAR), window_max_mm=(half, half, FAR))
+    rig = Rig(
+        (-half, -half, 12),
+        {"surface_number": SURFACE.BALL, "size_mm": RADIUS, "noise_mm": noise, "delay_periods": 2},
+        feed_mm_s=25.0,
+        pick_mm=0.2,
+        dead_time_s=0.002,
+        window_min_mm=(-half, -half, -FAR),
+        window_max_mm=(half, half, FAR),
+    )
     rig.stylus.random = random_seed()
     rows = rig.until(STATE.DONE, STATE.FAULT)
     centres = rows["seen_ball_mm"][np.isin(rows["state"], (STATE.TRACE, STATE.PICK)) & (rows["measured_mm"] > 0.15)]
-    assert height_map.noise(centres) == pytest.approx(noise, rel=0.1, abs=1e-4)       # the curve of the path itself
+    assert height_map.noise(centres) == pytest.approx(noise, rel=0.1, abs=1e-4)  # the curve of the path itself
     model = height_map.envelope(centres, STYLUS, cell)
     ny, nx = model.heights.shape
     x, y = np.meshgrid(model.x0 + (np.arange(nx) + 0.5) * cell, model.y0 + (np.arange(ny) + 0.5) * cell)
-    ball = np.sqrt(RADIUS ** 2 - x ** 2 - y ** 2)
+    ball = np.sqrt(RADIUS**2 - x**2 - y**2)
     off, known = model.heights - ball, np.isfinite(model.heights)
     low, high = (off + 3.0 * noise * RADIUS / ball)[known].min(), off[known].max()
-    print(f"noise {noise} mm, cells {cell} mm: {off[known].min():.4f} to {high:.4f} mm, {(~known).sum()} cells not known")
-    assert low > -1e-4 and high < 0.05                          # the flank alone would be high by 0.15 mm and more
+    print(
+        f"noise {noise} mm, cells {cell} mm: {off[known].min():.4f} to {high:.4f} mm, {(~known).sum()} cells not known"
+    )
+    assert low > -1e-4 and high < 0.05  # the flank alone would be high by 0.15 mm and more
     touched = np.maximum(np.abs(x), np.abs(y)) < half * RADIUS / (RADIUS + STYLUS) - cell
     assert known[touched].all() and not known.all()
 
@@ -91,7 +112,7 @@ def off_the_ball(path):
     model = read_model(str(path), Placing())
     points = model.triangles.reshape(-1, 3).astype(float) + model.low
     points = points[(np.abs(points[:, :2]) < HALF - 0.3).all(axis=1)]
-    return points[:, 2] - np.sqrt(RADIUS ** 2 - points[:, 0] ** 2 - points[:, 1] ** 2)
+    return points[:, 2] - np.sqrt(RADIUS**2 - points[:, 0] ** 2 - points[:, 1] ** 2)
 
 
 def test_the_surface_of_a_ball(log, tmp_path):
@@ -121,7 +142,11 @@ def test_the_judge_sees_a_wrong_ball(log, tmp_path):
 
 def centres_of(text, radius):
     """Ball centres (n, 3) of the G1 moves, after each other."""
-    return np.array([[float(v) for v in words] for words in re.findall(r"^G1 X(\S+) Y(\S+) Z(\S+)$", text, re.M)]) + (0, 0, radius)
+    return np.array([[float(v) for v in words] for words in re.findall(r"^G1 X(\S+) Y(\S+) Z(\S+)$", text, re.M)]) + (
+        0,
+        0,
+        radius,
+    )
 
 
 def test_the_program_of_a_ball(log, tmp_path):
@@ -135,7 +160,9 @@ def test_the_program_of_a_ball(log, tmp_path):
         off = np.linalg.norm(points, axis=1) - RADIUS - STYLUS
         assert np.percentile(np.abs(off), 99) < 0.005 and off.min() > -0.007
     assert len(found) < 0.1 * len(log.read_text().splitlines())
-    tried = subprocess.run([str(ROOT / "bin/chipwise"), "try", str(out)], text=True, stdin=subprocess.DEVNULL, capture_output=True)
+    tried = subprocess.run(
+        [str(ROOT / "bin/chipwise"), "try", str(out)], text=True, stdin=subprocess.DEVNULL, capture_output=True
+    )
     assert tried.returncode == 0 and "STRAIGHT_FEED" in tried.stdout, tried.stdout + tried.stderr
 
 
@@ -143,7 +170,7 @@ def test_an_allowance_raises_the_program(log, tmp_path):
     for name, allowance in (("a", 0.0), ("b", 0.4)):
         digitise(log, "-o", tmp_path / (name + ".ngc"), "--ball", STYLUS, "--allowance", allowance)
     a, b = (centres_of((tmp_path / (name + ".ngc")).read_text(), STYLUS) for name in "ab")
-    assert b - a == pytest.approx(np.tile((0, 0, 0.4), (len(a), 1)), abs=1.001e-4)      # two roundings to 0.0001 mm
+    assert b - a == pytest.approx(np.tile((0, 0, 0.4), (len(a), 1)), abs=1.001e-4)  # two roundings to 0.0001 mm
 
 
 def test_an_inch_log(log, tmp_path):
@@ -157,7 +184,9 @@ def test_an_inch_log(log, tmp_path):
 
 def farthest(points, kept):
     """Largest distance of a point from the path through the kept ones, by dense samples of the path."""
-    dense = np.concatenate([points[a] + (points[b] - points[a]) * np.linspace(0, 1, 400)[:, None] for a, b in zip(kept, kept[1:])])
+    dense = np.concatenate(
+        [points[a] + (points[b] - points[a]) * np.linspace(0, 1, 400)[:, None] for a, b in zip(kept, kept[1:])]
+    )
     return max(np.linalg.norm(dense - point, axis=1).min() for point in points)
 
 
@@ -180,10 +209,19 @@ def test_lines_end_where_contact_ends():
     assert (found.rows, found.overruns) == (8, 1)
 
 
-@pytest.mark.parametrize("content, message", [
-    ("", "the log has no row in contact"), ("0 1 2 3\n", "the log has no row in contact"), ("1 2 3\n", "line 1 is not in-contact"),
-    ("1 0 0 0\nabc\n", "line 2 is not in-contact"), ("1 nan 0 0\n", "1 positions are not finite"), ("1 1e300 0 0\n1 inf 0 0\n", "2 positions"),
-    ("1 0 0 0\n1 9e5 9e5 0\n", "a cell of 0.25 mm is too small"), ("\x00\x01\xff\n", "line 1 is not in-contact")])
+@pytest.mark.parametrize(
+    "content, message",
+    [
+        ("", "the log has no row in contact"),
+        ("0 1 2 3\n", "the log has no row in contact"),
+        ("1 2 3\n", "line 1 is not in-contact"),
+        ("1 0 0 0\nabc\n", "line 2 is not in-contact"),
+        ("1 nan 0 0\n", "1 positions are not finite"),
+        ("1 1e300 0 0\n1 inf 0 0\n", "2 positions"),
+        ("1 0 0 0\n1 9e5 9e5 0\n", "a cell of 0.25 mm is too small"),
+        ("\x00\x01\xff\n", "line 1 is not in-contact"),
+    ],
+)
 def test_a_log_that_cannot_be_used(tmp_path, content, message):
     path = tmp_path / "bad.log"
     path.write_bytes(content.encode("latin-1"))
@@ -193,8 +231,12 @@ def test_a_log_that_cannot_be_used(tmp_path, content, message):
 
 
 def test_options_that_cannot_be(log, tmp_path):
-    for options, message in ((["-o", tmp_path / "a.txt"], "is not FILE.stock, FILE.stl or"), (["-o", tmp_path / "no" / "a.ngc"], "no folder"),
-                             (["-o", tmp_path / "a.stock", "--cell", "nan"], "--cell nan"), (["-o", tmp_path / "a.stock", "--floor", 9], "the floor 9 mm")):
+    for options, message in (
+        (["-o", tmp_path / "a.txt"], "is not FILE.stock, FILE.stl or"),
+        (["-o", tmp_path / "no" / "a.ngc"], "no folder"),
+        (["-o", tmp_path / "a.stock", "--cell", "nan"], "--cell nan"),
+        (["-o", tmp_path / "a.stock", "--floor", 9], "the floor 9 mm"),
+    ):
         done = digitise(log, "--ball", 1, *options)
         assert done.returncode == 2 and message in done.stdout, done.stdout
     assert digitise(tmp_path / "none.log", "-o", tmp_path / "a.ngc", "--ball", 1).returncode == 2

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""docs/design/constants.md against the source: the constants that bench/bench_constants.py varies, with the values they have."""
+"""docs/design/constants.md against the source: the constants that bench/bench_constants.py varies, with the values they
+have."""
 
 import re
 
@@ -11,7 +12,13 @@ ROWS = re.findall(r"^\| `(CHIP_\w+)` \((\w+\.[ch])\) \| (\S+) \|", PAGE, re.M)
 
 def wrong_rows(rows):
     """Rows whose file defines no such constant with that value."""
-    return [row for row in rows if not re.search(rf"^#define {row[0]}\s+{re.escape(row[2])}(\s|$)", (ROOT / "components/core" / row[1]).read_text(), re.M)]
+    return [
+        row
+        for row in rows
+        if not re.search(
+            rf"^#define {row[0]}\s+{re.escape(row[2])}(\s|$)", (ROOT / "components/core" / row[1]).read_text(), re.M
+        )
+    ]
 
 
 def test_every_row_is_the_source():

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What `make coverage` makes of gcov's counts, and the lines that docs/proof/coverage.md names."""
+
 import importlib.machinery
 import importlib.util
 import json
@@ -13,12 +14,20 @@ tool = importlib.util.module_from_spec(importlib.util.spec_from_loader("coverage
 _loader.exec_module(tool)
 
 HEADER, SOURCE = "components/core/a.h", "components/core/a.c"
-TEXTS = {SOURCE: ["int a(int b)", "{", "    if (b)", "        return 0;", "    return some_other_function(b);", "}"], HEADER: ["inline int c(int d)"]}
+TEXTS = {
+    SOURCE: ["int a(int b)", "{", "    if (b)", "        return 0;", "    return some_other_function(b);", "}"],
+    HEADER: ["inline int c(int d)"],
+}
 
 
 def file(name, *lines):
-    return {"file": name, "lines": [{"line_number": number, "count": times, "branches": [{"count": count} for count in branches]}
-                                    for number, times, branches in lines]}
+    return {
+        "file": name,
+        "lines": [
+            {"line_number": number, "count": times, "branches": [{"count": count} for count in branches]}
+            for number, times, branches in lines
+        ],
+    }
 
 
 def counts(*files):
@@ -26,15 +35,26 @@ def counts(*files):
 
 
 def test_a_header_is_run_if_one_file_runs_it():
-    found = tool.counted(counts([file(SOURCE, (3, 2, [2, 0])), file(HEADER, (1, 0, [0, 0]))], [file(HEADER, (1, 4, [0, 4])), file("/usr/include/x.h", (1, 0, []))]))
+    found = tool.counted(
+        counts(
+            [file(SOURCE, (3, 2, [2, 0])), file(HEADER, (1, 0, [0, 0]))],
+            [file(HEADER, (1, 4, [0, 4])), file("/usr/include/x.h", (1, 0, []))],
+        )
+    )
     assert found == {SOURCE: {3: [2, [2, 0]]}, HEADER: {1: [4, [0, 4]]}}
 
 
-@pytest.mark.parametrize("reasons, sentences", [
-    ({}, ["components/core/a.c:4: no test runs it: if (b) return 0;"]),
-    ({("core/a.c", "if (b) return 0;"): "never"}, []),
-    ({("core/a.c", "if (b) return 0;"): "never", ("core/a.c", "return some_other_function(b);"): "never"},
-     ["docs/proof/coverage.md names a line that is run, or gone: core/a.c: return some_other_function(b);"])])
+@pytest.mark.parametrize(
+    "reasons, sentences",
+    [
+        ({}, ["components/core/a.c:4: no test runs it: if (b) return 0;"]),
+        ({("core/a.c", "if (b) return 0;"): "never"}, []),
+        (
+            {("core/a.c", "if (b) return 0;"): "never", ("core/a.c", "return some_other_function(b);"): "never"},
+            ["docs/proof/coverage.md names a line that is run, or gone: core/a.c: return some_other_function(b);"],
+        ),
+    ],
+)
 def test_a_line_is_run_or_named(reasons, sentences):
     sources = tool.counted(counts([file(SOURCE, (3, 2, [2, 0]), (4, 0, []), (5, 2, []))]))
     rows, wrong = tool.judged(sources, TEXTS, reasons)

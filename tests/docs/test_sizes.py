@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Sizes of files and functions: none is longer than the rule."""
+
 import ast
 import re
 
@@ -8,9 +9,9 @@ from support import ROOT
 from support.scripts import load_script
 
 FILE_LINES, FUNCTION_LINES = 350, 50
-PYTHON_LINES = 450          # as ruff formats them: what were 350 before
+PYTHON_LINES = 450  # as ruff formats them: what were 350 before
 ENDINGS = (".py", ".c", ".h", ".comp", ".js", ".sh")
-GENERATED = {"remap/chipwise/clib/layout.py"}     # by tools/make_layout.py
+GENERATED = {"remap/chipwise/clib/layout.py"}  # by tools/make_layout.py
 C_HEAD = re.compile(r"(\w+)\([^;]*\)\s*\{\s*$")
 
 
@@ -28,12 +29,16 @@ def sources():
 
 def python_functions(text):
     """[(name, lines)], functions in functions and methods included."""
-    return [(node.name, node.end_lineno - node.lineno + 1) for node in ast.walk(ast.parse(text))
-            if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))]
+    return [
+        (node.name, node.end_lineno - node.lineno + 1)
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))
+    ]
 
 
 def c_functions(text):
-    """[(name, lines)] of those that are more than a line, from the first brace to the last, which is in the first column."""
+    """[(name, lines)] of those that are more than a line, from the first brace to the last, which is in the first
+    column."""
     found, head, start = [], "", None
     for number, line in enumerate(text.splitlines(), 1):
         if start is None:
@@ -67,7 +72,9 @@ def hand_written():
 
 def test_files(hand_written):
     for is_python, limit in ((True, PYTHON_LINES), (False, FILE_LINES)):
-        sizes = {name: len(text.splitlines()) for name, text in hand_written.items() if name.endswith(".py") == is_python}
+        sizes = {
+            name: len(text.splitlines()) for name, text in hand_written.items() if name.endswith(".py") == is_python
+        }
         assert len(sizes) > 100
         assert not longer(sizes, limit)
 
@@ -91,7 +98,11 @@ def test_what_is_longer_is_seen():
 
 
 def test_functions_are_measured():
-    assert python_functions("class A:\n    def b(self):\n        async def c():\n            pass\n        return c\n") == [("b", 4), ("c", 2)]
-    assert c_functions("int a(int b,\n      int c)\n{\n    if (b) {\n        c++;\n    }\n    return c;\n}\n"
-                       "static void d(void) { e(); }\nstruct f {\n    int g;\n};\nFUNCTION(_) {\n    h();\n}\n"
-                       "static const int k[] = {\n    1,\n};\nint m(void);\n") == [("a", 6), ("FUNCTION", 3)]
+    assert python_functions(
+        "class A:\n    def b(self):\n        async def c():\n            pass\n        return c\n"
+    ) == [("b", 4), ("c", 2)]
+    assert c_functions(
+        "int a(int b,\n      int c)\n{\n    if (b) {\n        c++;\n    }\n    return c;\n}\n"
+        "static void d(void) { e(); }\nstruct f {\n    int g;\n};\nFUNCTION(_) {\n    h();\n}\n"
+        "static const int k[] = {\n    1,\n};\nint m(void);\n"
+    ) == [("a", 6), ("FUNCTION", 3)]

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What CI and the releases run is what the Makefile has."""
+
 import re
 
 import pytest
@@ -41,5 +42,7 @@ def test_the_release_takes_its_notes_from_the_changelog():
     call = re.search(r'sed -n "(.+)" CHANGELOG', (ROOT / ".github/workflows/release.yml").read_text())[1]
     text = (ROOT / "CHANGELOG.md").read_text()
     newest = re.search(r"^## (\d\S*)$", text, re.M)[1]
-    first, last = re.fullmatch(r"/(.+)/,/(.+)/\{/\^## /d;p\}", call.replace("${GITHUB_REF_NAME#v}", re.escape(newest))).groups()
+    first, last = re.fullmatch(
+        r"/(.+)/,/(.+)/\{/\^## /d;p\}", call.replace("${GITHUB_REF_NAME#v}", re.escape(newest))
+    ).groups()
     assert re.search(first, f"## {newest}") and re.match(last, "## 0.3.0") and re.search(first, text, re.M)

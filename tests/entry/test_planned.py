@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A typed line as the machine plans it: against rs274's motion of a program with the same line, chop lines, offsets, errors, the picture."""
+"""A typed line as the machine plans it: against rs274's motion of a program with the same line, chop lines, offsets,
+errors, the picture."""
+
 import math
 import random
 import xml.etree.ElementTree as ET
@@ -19,11 +21,13 @@ from chipwise.errors import CycleError
 from chipwise.panel import colours
 
 
-MM, INCH = ({"ini": str(ROOT / "configs" / name), "unit": unit} for name, unit in (("mill.ini", "mm"), ("mill_inch.ini", "in")))
+MM, INCH = (
+    {"ini": str(ROOT / "configs" / name), "unit": unit} for name, unit in (("mill.ini", "mm"), ("mill_inch.ini", "in"))
+)
 SUB = "o100 sub\nG0 X10 Y10\nG1 X60\nG3 X70 Y20 J10\nG1 Y50\nX10\nY10\nG0 X40 Y30\nG2 I-6\no100 endsub\n"
 OUTLINE = "o200 sub\nG0 X0 Y0\nG1 X30\nY20\nX0\nY0\no200 endsub\n"
-TOOLS = {1: 6.0, 2: 3.0, 3: 10.0, 8: 12.0}          # of configs/mill.tbl, mm
-CHORDS = 1e-3               # share by which chords of 2 um sag are shorter than their arcs
+TOOLS = {1: 6.0, 2: 3.0, 3: 10.0, 8: 12.0}  # of configs/mill.tbl, mm
+CHORDS = 1e-3  # share by which chords of 2 um sag are shorter than their arcs
 
 
 @pytest.fixture
@@ -41,11 +45,15 @@ def cases(rng, count):
     for _ in range(count):
         tool = rng.choice((1, 2))
         z, r = -round(rng.uniform(0.5, 8), 3), round(rng.uniform(0.5, 4), 2)
-        line = rng.choice((
-            f"G12 X{rng.uniform(-40, 40):.3f} Y{rng.uniform(-40, 40):.3f} I{rng.uniform(7, 25):.3f} Z{z} R{r}",
-            f"G13 X5 I{rng.uniform(7, 12):.3f} Z{z} R{r} K20 Q2.5 J3",
-            f"G79 Q100 Z{z} R{r} D{rng.uniform(1, 2.5):.3f} P{rng.randint(0, 3)}",
-            f"G78 Q200 P{rng.choice((41, 42))} Z{z} R{r}", f"G77 Q200 P41 Z{z} R{r} I0.3 L2 D2"))
+        line = rng.choice(
+            (
+                f"G12 X{rng.uniform(-40, 40):.3f} Y{rng.uniform(-40, 40):.3f} I{rng.uniform(7, 25):.3f} Z{z} R{r}",
+                f"G13 X5 I{rng.uniform(7, 12):.3f} Z{z} R{r} K20 Q2.5 J3",
+                f"G79 Q100 Z{z} R{r} D{rng.uniform(1, 2.5):.3f} P{rng.randint(0, 3)}",
+                f"G78 Q200 P{rng.choice((41, 42))} Z{z} R{r}",
+                f"G77 Q200 P41 Z{z} R{r} I0.3 L2 D2",
+            )
+        )
         yield tool, rng.choice((0.0, 0.0, 9.0)), line
 
 
@@ -74,8 +82,14 @@ def length_of(element):
 def test_random_lines_move_as_in_a_program(program):
     rng = random.Random(random_seed())
     for tool, chop, line in cases(rng, random_count(8)):
-        found = planned.plan(planned.Scene(**MM, program=program, tool=tool, named=(("_chipwise_chop_size", chop),)), line)
-        trace = run_rs274(f"{SUB}{OUTLINE}G21 G90 G17 G40\nT{tool} M6\n#<_chipwise_chop_size> = {chop}\nF1000\nG0 X0 Y0 Z5\n(here)\n{line}\nM2\n", TOOLS)
+        found = planned.plan(
+            planned.Scene(**MM, program=program, tool=tool, named=(("_chipwise_chop_size", chop),)), line
+        )
+        trace = run_rs274(
+            f"{SUB}{OUTLINE}G21 G90 G17 G40\nT{tool} M6\n#<_chipwise_chop_size> = {chop}\nF1000\nG0 X0 Y0 Z5\n(here)\n"
+            f"{line}\nM2\n",
+            TOOLS,
+        )
         assert not trace.error, (line, trace.error)
         fault = fault_of(found, trace.after("here"))
         assert not fault, (fault, str(write_replay("entry_planned", {"line": line, "tool": tool, "chop": chop})))
@@ -96,7 +110,8 @@ def test_the_checker_sees_another_motion(program):
 
 @pytest.mark.parametrize("diameter, size, lines", [(44, 12, 6), (20, 30, 0), (40, 40, 2), (44, 0, 0)])
 def test_chop_lines_of_a_hole(diameter, size, lines):
-    """Closed form: the diameter and the size make n = floor((d + H) / H) parts, by n - 1 lines in each of two directions."""
+    """Closed form: the diameter and the size make n = floor((d + H) / H) parts, by n - 1 lines in each of two
+    directions."""
     scene = planned.Scene(**MM, tool=2, named=(("_chipwise_chop_size", float(size)),))
     found = planned.plan(scene, f"G13 X30 Y30 I{diameter / 2} Z-2 R1")
     chops = [run for run in found.runs if run.kind == "chop"]
@@ -112,7 +127,7 @@ def test_chop_lines_of_a_contour(program):
     scene = planned.Scene(**MM, program=program, tool=2, named=(("_chipwise_chop_size", 8.0),))
     found = planned.plan(scene, "G78 Q200 P41 Z-2 R1")
     assert found.length("chop") > 40 and found.length("cut") > 2 * (27 + 17)
-    assert planned.plan(scene, "G78 Q200 P42 Z-2 R1").length("chop") == 0       # outside, the contour is the part
+    assert planned.plan(scene, "G78 Q200 P42 Z-2 R1").length("chop") == 0  # outside, the contour is the part
 
 
 # ---- where it is run ---------------------------------------------------------------------------------------------
@@ -120,10 +135,14 @@ def test_chop_lines_of_a_contour(program):
 
 def test_contours_stock_and_units(program):
     found = planned.plan(planned.Scene(**MM, program=program), "G79 Q100 Z-3 R1")
-    assert found.tool == 8 and len(found.loops) == 2 and found.stock is None        # the program's first tool
+    assert found.tool == 8 and len(found.loops) == 2 and found.stock is None  # the program's first tool
     assert found.loops[0].min() == pytest.approx(10) and found.loops[0].max() == pytest.approx(70)
     stock = planned.plan(planned.Scene(**INCH), "M250 P0 Q1 R-2 I3 J4 K2")
-    assert stock.stock[0] == pytest.approx([0, 25.4, -50.8]) and stock.stock[1] == pytest.approx([76.2, 127, 0]) and stock.runs == ()
+    assert (
+        stock.stock[0] == pytest.approx([0, 25.4, -50.8])
+        and stock.stock[1] == pytest.approx([76.2, 127, 0])
+        and stock.runs == ()
+    )
     hole = planned.plan(planned.Scene(**{**MM, "unit": "in"}, at=(0.0, 0.0, 10.0)), "G13 X1 Y1 I0.5 Z-0.1 R0.1")
     assert min(run.points[:, 2].min() for run in hole.runs) == pytest.approx(-2.54)
 
@@ -133,7 +152,9 @@ def test_a_work_offset_does_not_matter(program, tmp_path):
     plain = planned.plan(planned.Scene(**MM, tool=1), "G13 X30 Y30 I10 Z-2 R1")
     ini = write_ini(tmp_path)
     ini.write_text(ini.read_text().replace("TOOL_TABLE = mill.tbl", f"TOOL_TABLE = {ROOT / 'configs' / 'mill.tbl'}"))
-    (tmp_path / "mill.var").write_text("5161 0\n5210 1\n5211 3\n5212 -2\n5213 1\n5220 1\n5221 100\n5222 50\n5223 -20\n5230 30\n")
+    (tmp_path / "mill.var").write_text(
+        "5161 0\n5210 1\n5211 3\n5212 -2\n5213 1\n5220 1\n5221 100\n5222 50\n5223 -20\n5230 30\n"
+    )
     moved = planned.plan(planned.Scene(str(ini), tool=1), "G13 X30 Y30 I10 Z-2 R1")
     for run, other in zip(plain.runs, moved.runs):
         assert run.kind == other.kind and np.abs(run.points - other.points).max() < 1e-5
@@ -150,11 +171,22 @@ def test_a_surface_beside_the_program(tmp_path):
 # ---- errors ------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("line, letter, words", [
-    ("G79 Q100 Z-3 R1 D30", "D", "chipwise: G79: step-over D30 mm is larger than the tool (12 mm); use D up to 12 mm"),
-    ("G79 Q100 Z3 R1", "Z", "chipwise: G79: final depth Z3 mm"), ("G79 Q7 Z-3 R1", "", "chipwise: G79: there is no sub O7 in part.ngc"),
-    ("M251 Q30 P2", "E", "chipwise: M251: word E (ceiling of the feed) is missing"), ("M253 P3", None, ""), ("M250", "", "chipwise: M250: there are neither"),
-    ("G13 I2 Z-1 R1", "I", "chipwise: G13: radius I2 mm is not larger than the tool radius 6 mm")])
+@pytest.mark.parametrize(
+    "line, letter, words",
+    [
+        (
+            "G79 Q100 Z-3 R1 D30",
+            "D",
+            "chipwise: G79: step-over D30 mm is larger than the tool (12 mm); use D up to 12 mm",
+        ),
+        ("G79 Q100 Z3 R1", "Z", "chipwise: G79: final depth Z3 mm"),
+        ("G79 Q7 Z-3 R1", "", "chipwise: G79: there is no sub O7 in part.ngc"),
+        ("M251 Q30 P2", "E", "chipwise: M251: word E (ceiling of the feed) is missing"),
+        ("M253 P3", None, ""),
+        ("M250", "", "chipwise: M250: there are neither"),
+        ("G13 I2 Z-1 R1", "I", "chipwise: G13: radius I2 mm is not larger than the tool radius 6 mm"),
+    ],
+)
 def test_a_line_that_the_code_refuses(program, line, letter, words):
     scene = planned.Scene(**MM, program=program)
     if letter is None:
@@ -163,12 +195,29 @@ def test_a_line_that_the_code_refuses(program, line, letter, words):
     with pytest.raises(planned.PlanError) as caught:
         planned.plan(scene, line)
     error = caught.value
-    assert str(error).startswith(words) and "(line" not in str(error) and (error.field.letter if error.field else "") == letter
-    assert error.number == (0 if not letter else 1 + [field.letter for field in entry.fields(line.split()[0], "")].index(letter))
+    assert (
+        str(error).startswith(words)
+        and "(line" not in str(error)
+        and (error.field.letter if error.field else "") == letter
+    )
+    assert error.number == (
+        0 if not letter else 1 + [field.letter for field in entry.fields(line.split()[0], "")].index(letter)
+    )
 
 
-BASES = {"G12": "I20 Z-3 R1", "G24": "D6 Z-10 R20", "G75": "Q200", "G77": "Q200 P42 Z-3 R1 L2 D2", "G78": "Q200 P42 Z-3 R1", "G79": "Q100 Z-3 R1",
-         "M250": "P0 Q0 R-5 I10 J10 K5", "M251": "Q30 P3 R10 E500", "M253": "P3", "M255": "P3 Q1", "M256": "P0"}
+BASES = {
+    "G12": "I20 Z-3 R1",
+    "G24": "D6 Z-10 R20",
+    "G75": "Q200",
+    "G77": "Q200 P42 Z-3 R1 L2 D2",
+    "G78": "Q200 P42 Z-3 R1",
+    "G79": "Q100 Z-3 R1",
+    "M250": "P0 Q0 R-5 I10 J10 K5",
+    "M251": "Q30 P3 R10 E500",
+    "M253": "P3",
+    "M255": "P3 Q1",
+    "M256": "P0",
+}
 
 
 def outside(field):
@@ -184,7 +233,12 @@ def test_what_the_entry_refuses_the_code_refuses_too(code, tmp_path):
     """The limits of fields.toml are those of the codes: no line is refused that would run."""
     (tmp_path / "relief.stl").write_bytes((ROOT / "nc_files" / "relief.stl").read_bytes())
     path = tmp_path / "part.ngc"
-    path.write_text(SUB + OUTLINE.replace("G0 X0 Y0\n", "G0 X0 Y0\nG0 Z5\n", 1).replace("o200", "o300") + OUTLINE + "(SURFACE,FILE=relief.stl)\nM2\n")
+    path.write_text(
+        SUB
+        + OUTLINE.replace("G0 X0 Y0\n", "G0 X0 Y0\nG0 Z5\n", 1).replace("o200", "o300")
+        + OUTLINE
+        + "(SURFACE,FILE=relief.stl)\nM2\n"
+    )
     base = BASES[code].replace("Q200", "Q300") if code == "G75" else BASES[code]
     scene = planned.Scene(**MM, program=str(path), tool=1)
     planned.plan(scene, f"{code} {base}")
@@ -206,9 +260,19 @@ def test_an_error_in_the_sub_has_the_line_of_the_users_program(tmp_path):
         planned.plan(planned.Scene(**MM, program=str(path), tool=1), "G79 Q100 Z-3 R1")
 
 
-@pytest.mark.parametrize("scene, words", [
-    ({"program": "/nowhere.ngc"}, "/nowhere.ngc: No such file or directory; name a G-code file that can be read"),
-    ({"program": "/dev/zero"}, "/dev/zero: it is not a regular file"), ({"tool": 99}, "99"), ({"ini": str(ROOT / "configs" / "lathe.ini")}, "lathe.ini has no REMAP for G13, so LinuxCNC does not know it there"), ({"ini": "/nowhere.ini"}, "nowhere.ini")])
+@pytest.mark.parametrize(
+    "scene, words",
+    [
+        ({"program": "/nowhere.ngc"}, "/nowhere.ngc: No such file or directory; name a G-code file that can be read"),
+        ({"program": "/dev/zero"}, "/dev/zero: it is not a regular file"),
+        ({"tool": 99}, "99"),
+        (
+            {"ini": str(ROOT / "configs" / "lathe.ini")},
+            "lathe.ini has no REMAP for G13, so LinuxCNC does not know it there",
+        ),
+        ({"ini": "/nowhere.ini"}, "nowhere.ini"),
+    ],
+)
 def test_a_scene_that_cannot_be(scene, words):
     with pytest.raises(CycleError) as caught:
         planned.plan(planned.Scene(**{**MM, **scene}), "G13 I10 Z-1 R1")
@@ -221,7 +285,14 @@ def test_a_scene_that_cannot_be(scene, words):
 def picture(found, mode="light", languages=("en",)):
     """(root of the SVG, its text) of a plan."""
     items = colours.load("")
-    text = entered.svg(found, "a title", [("Q", "sub", "100"), ("Z", "<depth> & more", "-3 mm")], items, mode, language.translator(languages))
+    text = entered.svg(
+        found,
+        "a title",
+        [("Q", "sub", "100"), ("Z", "<depth> & more", "-3 mm")],
+        items,
+        mode,
+        language.translator(languages),
+    )
     root = ET.fromstring(text)
     used = {element.get(name) for element in root.iter() for name in ("fill", "stroke")} - {None, "none"}
     assert used <= {item.colour(mode) for item in items.values()}
@@ -246,7 +317,7 @@ def test_a_picture_of_odd_sizes():
     """A hole far from the origin, one point, numbers of any size: a finite picture."""
     scene = planned.Scene(**MM, tool=1)
     far = planned.plan(scene, "G13 X30000 Y-30000 I4 Z-1 R1")
-    assert 'M-' not in picture(far)[1].partition("<g ")[0] and "nan" not in picture(far)[1]
+    assert "M-" not in picture(far)[1].partition("<g ")[0] and "nan" not in picture(far)[1]
     empty = planned.Planned("M253 P1", scene, 1, 6.0)
     assert "nan" not in picture(empty)[1]
     many = replace(far, runs=(planned.Run("cut", np.zeros((entered.MOST_POINTS + 1, 3))),))

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""geometry/slug/disc.py, line_order.py, base/enclosing_circle.py: enclosing circles, the number of parts, the order of the lines."""
+"""geometry/slug/disc.py, line_order.py, base/enclosing_circle.py: enclosing circles, the number of parts, the order of
+the lines."""
 
 import itertools
 import math
@@ -20,12 +21,18 @@ def naive_order(groups):
     return disc.flat_segments(groups)
 
 
-@pytest.mark.parametrize("points, diameter", [
-    ([], 0), ([(3, 4)], 0), ([(0, 0), (3, 4)], 5), ([(0, 0), (1, 0), (2, 0)], 2),
-    ([(0, 0), (4, 0), (0, 3)], 5),                                   # right angle: the hypotenuse
-    ([(math.cos(a), math.sin(a)) for a in (0.1, 2.2, 4.3)], 2),      # around the centre: circumscribed circle
-    ([(0, 0), (1, 0), (1, 1), (0, 1)], math.sqrt(2)),
-])
+@pytest.mark.parametrize(
+    "points, diameter",
+    [
+        ([], 0),
+        ([(3, 4)], 0),
+        ([(0, 0), (3, 4)], 5),
+        ([(0, 0), (1, 0), (2, 0)], 2),
+        ([(0, 0), (4, 0), (0, 3)], 5),  # right angle: the hypotenuse
+        ([(math.cos(a), math.sin(a)) for a in (0.1, 2.2, 4.3)], 2),  # around the centre: circumscribed circle
+        ([(0, 0), (1, 0), (1, 1), (0, 1)], math.sqrt(2)),
+    ],
+)
 def test_enclosing_circle_closed_form(points, diameter):
     assert enclosing_circle.enclosing_circle(points)[2] == pytest.approx(diameter, abs=1e-12)
 
@@ -39,7 +46,9 @@ def test_enclosing_circle_against_another_algorithm():
         assert all(math.hypot(px - x, py - y) <= diameter / 2 + 1e-9 for px, py in points)
 
 
-@pytest.mark.parametrize("d, h, n", [(4.99, 5, 1), (5, 5, 2), (9.99, 5, 2), (10, 5, 3), (20, 5, 5), (20, 8, 3), (9, 0, 1)])
+@pytest.mark.parametrize(
+    "d, h, n", [(4.99, 5, 1), (5, 5, 2), (9.99, 5, 2), (10, 5, 3), (20, 5, 5), (20, 8, 3), (9, 0, 1)]
+)
 def test_patent_parts(d, h, n):
     assert disc.patent_parts(d, h) == n
 
@@ -63,8 +72,10 @@ def test_parts_are_the_fewest_that_keep_the_promise():
         h = d * rng.uniform(0.12, 0.9)
         slug = polygons.outer_disc(0, 0, d / 2 - 2 * tool_radius, disc.SAGITTA)
         n = disc.patent_parts(d, h)
-        while disc.largest_piece(slug, disc.flat_segments(disc.disc_lines(0, 0, d / 2, tool_radius, n)),
-                                 tool_radius) >= h - disc.PIECE_MARGIN:
+        while (
+            disc.largest_piece(slug, disc.flat_segments(disc.disc_lines(0, 0, d / 2, tool_radius, n)), tool_radius)
+            >= h - disc.PIECE_MARGIN
+        ):
             n += 1
         assert disc.choose_parts(d, tool_radius, h) == n, (d, tool_radius, h)
         raised += n > disc.patent_parts(d, h)

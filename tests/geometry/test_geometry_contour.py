@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What is a contour and what is refused, naming both elements."""
+
 import math
 
 import pytest
@@ -29,8 +30,11 @@ def test_crossing_names_both_lines_and_the_place():
 
 
 def test_line_through_arc():
-    parts = [ArcElement((10, 0), (-10, 0), (0, 0), True, 3), LineElement((-10, 0), (0, 5), 4),
-             LineElement((0, 5), (0, 20), 5)]
+    parts = [
+        ArcElement((10, 0), (-10, 0), (0, 0), True, 3),
+        LineElement((-10, 0), (0, 5), 4),
+        LineElement((0, 5), (0, 20), 5),
+    ]
     refused(parts, "crosses itself", (3, 5))
 
 
@@ -43,27 +47,26 @@ def test_way_back_over_itself_is_refused():
 
 
 def test_a_circle_within_a_longer_run_comes_back_to_its_start():
-    refused([ArcElement((5, 0), (5, 0), (0, 0), True, 7), LineElement((5, 0), (0, 0), 8),
-             LineElement((0, 0), (-9, 0), 9)], "crosses itself", (7, 8))
+    refused(
+        [ArcElement((5, 0), (5, 0), (0, 0), True, 7), LineElement((5, 0), (0, 0), 8), LineElement((0, 0), (-9, 0), 9)],
+        "crosses itself",
+        (7, 8),
+    )
 
 
 def test_gap_names_both_lines():
-    refused([LineElement((0, 0), (10, 0), 21), LineElement((10, 0.1), (10, 10), 24)],
-            "not connected", (21, 24))
+    refused([LineElement((0, 0), (10, 0), 21), LineElement((10, 0.1), (10, 10), 24)], "not connected", (21, 24))
 
 
 @pytest.mark.parametrize("centre", [(5, 1), (0, 0)], ids=["unequal radii", "no radius"])
 def test_impossible_arc(centre):
-    refused([LineElement((-5, 0), (0, 0), 1), ArcElement((0, 0), (10, 0.5), centre, True, 2)],
-            "impossible arc", (1, 2))
+    refused([LineElement((-5, 0), (0, 0), 1), ArcElement((0, 0), (10, 0.5), centre, True, 2)], "impossible arc", (1, 2))
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
 def test_not_finite(bad):
-    refused([LineElement((0, 0), (10, 0), 1), LineElement((10, 0), (10, bad), 2)], "not finite",
-            (1, 2))
-    refused([LineElement((0, 0), (10, 0), 1), ArcElement((10, 0), (10, 5), (bad, 2.5), True, 2)],
-            "not finite", (1, 2))
+    refused([LineElement((0, 0), (10, 0), 1), LineElement((10, 0), (10, bad), 2)], "not finite", (1, 2))
+    refused([LineElement((0, 0), (10, 0), 1), ArcElement((10, 0), (10, 5), (bad, 2.5), True, 2)], "not finite", (1, 2))
 
 
 def test_nothing():
@@ -78,9 +81,14 @@ def test_radius(radius):
 
 
 def test_small_gaps_and_roundings_are_closed():
-    contour = make_contour([LineElement((0, 0), (10, 0), 1),
-                            ArcElement((10.0004, 0), (10, 6.0001), (10, 3.0003), True, 2),
-                            LineElement((10, 6), (0, 6), 3), LineElement((0, 6), (0, 0.0005), 4)])
+    contour = make_contour(
+        [
+            LineElement((0, 0), (10, 0), 1),
+            ArcElement((10.0004, 0), (10, 6.0001), (10, 3.0003), True, 2),
+            LineElement((10, 6), (0, 6), 3),
+            LineElement((0, 6), (0, 0.0005), 4),
+        ]
+    )
     assert contour.closed
     e = contour.elements
     assert (e.start[1:] == e.end[:-1]).all() and (e.end[-1] == e.start[0]).all()
@@ -114,8 +122,9 @@ def test_pocket_refuses_crossing_and_open_loops():
     assert caught.value.kind == "not connected"
 
 
-@pytest.mark.parametrize("island", [circle(3, (40, 10), line=77), circle(1, (10, 10), line=77)],
-                         ids=["outside", "nested"])
+@pytest.mark.parametrize(
+    "island", [circle(3, (40, 10), line=77), circle(1, (10, 10), line=77)], ids=["outside", "nested"]
+)
 def test_pocket_refuses_misplaced_islands(island):
     square = polygon((0, 0), (20, 0), (20, 20), (0, 20))
     with pytest.raises(ContourError) as caught:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Algebraic laws of offsets, on random contours, and how time grows."""
+
 import math
 import time
 
@@ -9,8 +10,7 @@ import pytest
 from chipwise.geometry.base import elements
 from chipwise.geometry.base.contour import ArcElement, ContourError, LineElement, make_contour
 from chipwise.geometry.offset.kernel import LEFT, RIGHT, offset_contour
-from support.contour_judge import (count_from_environment, same, seed_from_environment, signature,
-                           verdict)
+from support.contour_judge import count_from_environment, same, seed_from_environment, signature, verdict
 from support.contour_random import contour_case
 
 SEED, COUNT = seed_from_environment(), max(count_from_environment(150) // 5, 1)
@@ -18,16 +18,22 @@ CASES = [(kind, seed) for kind in ("filleted", "bulged") for seed in range(SEED,
 
 
 def mapped(parts, change):
-    return [ArcElement(change(q.start), change(q.end), change(q.centre), q.ccw, q.line)
-            if isinstance(q, ArcElement) else LineElement(change(q.start), change(q.end), q.line)
-            for q in parts]
+    return [
+        ArcElement(change(q.start), change(q.end), change(q.centre), q.ccw, q.line)
+        if isinstance(q, ArcElement)
+        else LineElement(change(q.start), change(q.end), q.line)
+        for q in parts
+    ]
 
 
 def parts_of(e):
     """The elements of a run as parts of a new contour."""
-    return [ArcElement(tuple(e.start[k]), tuple(e.end[k]), tuple(e.centre[k]), e.sweep[k] > 0.0,
-                       k + 1) if e.sweep[k] else
-            LineElement(tuple(e.start[k]), tuple(e.end[k]), k + 1) for k in range(len(e))]
+    return [
+        ArcElement(tuple(e.start[k]), tuple(e.end[k]), tuple(e.centre[k]), e.sweep[k] > 0.0, k + 1)
+        if e.sweep[k]
+        else LineElement(tuple(e.start[k]), tuple(e.end[k]), k + 1)
+        for k in range(len(e))
+    ]
 
 
 def marks(parts, side, radius):
@@ -61,12 +67,13 @@ def test_inward_offsets_add():
         contour = make_contour(parts)
         side = LEFT if elements.area(contour.elements) > 0.0 else RIGHT
         whole = offset_contour(contour, side, radius).paths
-        twice = [q for p in offset_contour(contour, side, 0.4 * radius).paths
-                 for q in offset_contour(make_contour(parts_of(p.elements)), side,
-                                         0.6 * radius).paths]
+        twice = [
+            q
+            for p in offset_contour(contour, side, 0.4 * radius).paths
+            for q in offset_contour(make_contour(parts_of(p.elements)), side, 0.6 * radius).paths
+        ]
         assert len(whole) == len(twice), (kind, seed)
-        for a, b in zip(*(sorted(elements.area(p.elements) for p in paths)
-                          for paths in (whole, twice))):
+        for a, b in zip(*(sorted(elements.area(p.elements) for p in paths) for paths in (whole, twice))):
             assert a == pytest.approx(b, abs=1e-4), (kind, seed)
 
 
@@ -81,7 +88,7 @@ def test_rough_shape_gives_the_same_path_again():
                 tried += 1
                 try:
                     shape = make_contour(parts_of(rough.elements))
-                except ContourError:           # the rough shape meets itself in a neck
+                except ContourError:  # the rough shape meets itself in a neck
                     refused += 1
                     continue
                 again = offset_contour(shape, side, radius).paths
@@ -91,18 +98,22 @@ def test_rough_shape_gives_the_same_path_again():
 
 
 def path_measures(paths):
-    return (sum(float(elements.lengths(p.elements).sum()) for p in paths),
-            sum(elements.area(p.elements) for p in paths))
+    return (
+        sum(float(elements.lengths(p.elements).sum()) for p in paths),
+        sum(elements.area(p.elements) for p in paths),
+    )
 
 
 @pytest.mark.parametrize("radius", [1e3, 1e4, 1e5, 1e6])
 @pytest.mark.parametrize("bulge", [1, -1])
 def test_nearly_straight_arcs(radius, bulge):
-    far = math.sqrt(radius ** 2 - 400.0)
-    parts = [LineElement((0, 0), (40, 0), 1),
-             ArcElement((40, 0), (40, 40), (40 - bulge * far, 20), bulge > 0, 2),
-             LineElement((40, 40), (0, 40), 3),
-             ArcElement((0, 40), (0, 0), (bulge * far, 20), bulge > 0, 4)]
+    far = math.sqrt(radius**2 - 400.0)
+    parts = [
+        LineElement((0, 0), (40, 0), 1),
+        ArcElement((40, 0), (40, 40), (40 - bulge * far, 20), bulge > 0, 2),
+        LineElement((40, 40), (0, 40), 3),
+        ArcElement((0, 40), (0, 0), (bulge * far, 20), bulge > 0, 4),
+    ]
     for side in (LEFT, RIGHT):
         assert verdict(parts, side, 3.0) == []
 

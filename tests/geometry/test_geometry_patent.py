@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Canonical forms and the patent's procedure, on the figures of JP H07-47256."""
+
 import math
 
 import numpy as np
@@ -68,9 +69,8 @@ def test_figures_5_and_6(middle):
 
 @pytest.mark.parametrize("middle", [CHAMFER, ARC], ids=["inside chamfer", "inside arc"])
 def test_kernel_agrees_with_the_patent_on_its_figures(middle):
-    made, kernel = patent_offset(figure(middle), LEFT, 10.0), offset_contour(figure(middle), LEFT,
-                                                                           10.0)
-    path, = kernel.paths
+    made, kernel = patent_offset(figure(middle), LEFT, 10.0), offset_contour(figure(middle), LEFT, 10.0)
+    (path,) = kernel.paths
     assert path.elements.start == pytest.approx(made.path.start)
     assert path.elements.end == pytest.approx(made.path.end)
     # and closes the corner by the tool's own edge instead of a point it cannot cut
@@ -114,6 +114,7 @@ def test_patent_alone_gouges_across_the_contour():
     made = patent_offset(shape, LEFT, 4.0)
     assert not isinstance(made, NoMeeting)
     from support.contour_oracle import from_elements, gouge
+
     finish = from_elements(shape.elements)
     assert gouge(finish, 4.0, from_elements(made.path)) > 0.9
     kernel = offset_contour(shape, LEFT, 4.0)

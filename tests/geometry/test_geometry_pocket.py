@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Pockets with islands, and rings of offsets as a pocket cycle asks for them."""
+
 import math
 
 import numpy as np
@@ -21,13 +22,13 @@ SQUARE = polygon((0, 0), (40, 0), (40, 40), (0, 40))
 def test_square_with_round_island(boundary, ccw):
     outer, inner = offset_pocket(boundary, [circle(5, (20, 20), ccw)], 3).paths
     assert corners(outer) == {(3, 3), (37, 3), (37, 37), (3, 37)}
-    assert elements.area(outer.elements) > 0                  # counter-clockwise
+    assert elements.area(outer.elements) > 0  # counter-clockwise
     assert path_length(inner) == pytest.approx(2 * math.pi * 8)
-    assert elements.area(inner.elements) < 0                  # clockwise
+    assert elements.area(inner.elements) < 0  # clockwise
 
 
 def test_island_ring_merges_with_the_boundary_ring():
-    merged, = offset_pocket(SQUARE, [circle(5, (9, 20))], 3).paths
+    (merged,) = offset_pocket(SQUARE, [circle(5, (9, 20))], 3).paths
     assert nearest(from_elements(merged.elements), np.array([[17.0, 20.0]]))[0] < 1e-9
     assert elements.area(merged.elements) > 0
 
@@ -53,7 +54,7 @@ def test_rings_end_when_the_pocket_is_filled():
 
 def test_inaccessible_island_is_a_hole_of_the_region_about_it():
     result = offset_pocket(SQUARE, [circle(5, (20, 20))], 15)
-    region, = result.inaccessible
+    (region,) = result.inaccessible
     assert region.area == pytest.approx(1600 - 25 * math.pi)
     assert len(region.holes) == 1 and region.holes[0].radius.tolist() == [5]
 

@@ -5,6 +5,7 @@ CHIPWISE_RANDOM_COUNT contours of each kind (default 150, so that the
 quick run stays short; bench/offset_bench.py judges 5,000), from number
 CHIPWISE_SEED on.  A failure names the case and leaves a replay file under build/.
 """
+
 import numpy as np
 import pytest
 
@@ -12,8 +13,16 @@ from chipwise.geometry.base import clearance
 from chipwise.geometry.offset import slices
 from chipwise.geometry.base.contour import make_contour
 from chipwise.geometry.offset.kernel import LEFT, RIGHT, offset_contour
-from support.contour_judge import (ROOT, count_from_environment, judged, read_replay,
-                           seed_from_environment, variants, verdict, write_replay)
+from support.contour_judge import (
+    ROOT,
+    count_from_environment,
+    judged,
+    read_replay,
+    seed_from_environment,
+    variants,
+    verdict,
+    write_replay,
+)
 from support.contour_random import chords_case, contour_case, grid_case, needles_case
 from support.contour_shapes import polygon
 
@@ -77,16 +86,17 @@ def test_open(kind):
 
 def test_sharp_paths_do_not_gouge():
     from support.contour_oracle import from_elements, gouge
+
     for seed in range(SEED, SEED + max(COUNT // 5, 1)):
         parts, radius = case("bulged", seed)
         contour = make_contour(parts)
         for side in (LEFT, RIGHT):
             for path in offset_contour(contour, side, radius).sharp_paths:
-                assert gouge(from_elements(contour.elements), radius,
-                             from_elements(path.elements), 0.1) < 1e-6
+                assert gouge(from_elements(contour.elements), radius, from_elements(path.elements), 0.1) < 1e-6
 
 
 # The checker must be able to fail: the kernel is broken on purpose.
+
 
 def findings(count=25):
     found = []
@@ -118,6 +128,7 @@ def test_sabotage_dropped_slices_are_found_missing(monkeypatch):
         depth = whole(j, point, radius)
         depth[::20] = 1.0
         return depth
+
     monkeypatch.setattr(slices, "gouge_depths", lossy)
     assert any("lost" in text for text in findings(10))
 
@@ -125,6 +136,7 @@ def test_sabotage_dropped_slices_are_found_missing(monkeypatch):
 def test_sabotage_shifted_rough_shape_is_found():
     """A rough shape that cuts 0.00001 mm into the finish shape."""
     from dataclasses import replace
+
     contour = polygon((0, 0), (20, 0), (20, 20), (0, 20))
     result = offset_contour(contour, LEFT, 3)
     rough = result.rough[0]
@@ -135,6 +147,7 @@ def test_sabotage_shifted_rough_shape_is_found():
 
 def replace_y(e, shift):
     from chipwise.geometry.base.elements import Elements
+
     move = np.array([0.0, shift])
     return Elements(e.start + move, e.end + move, e.centre + move, e.radius, e.start_angle, e.sweep)
 
@@ -148,8 +161,7 @@ def test_replay_file_says_the_same(tmp_path):
     assert np.allclose(make_contour(again).elements.start, make_contour(parts).elements.start)
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "tests/geometry/replays").glob("*.json")),
-                         ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sorted((ROOT / "tests/geometry/replays").glob("*.json")), ids=lambda path: path.stem)
 def test_cases_that_once_failed(path):
     parts, side, radius = read_replay(path)
     assert verdict(parts, side, radius) == []

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The kernel against two other offset libraries; skipped with the reason where they cannot
 be installed (see second_oracles.py)."""
+
 import pytest
 
 from support import second_oracles
@@ -33,8 +34,13 @@ def cases():
             contour = make_contour(parts)
             for side in (LEFT, RIGHT):
                 result = offset_contour(contour, side, radius)
-                yield (f"{kind} CHIPWISE_SEED={seed} side {side}", from_elements(contour.elements),
-                       side, radius, result)
+                yield (
+                    f"{kind} CHIPWISE_SEED={seed} side {side}",
+                    from_elements(contour.elements),
+                    side,
+                    radius,
+                    result,
+                )
 
 
 def test_area_and_size_against_cavalier_contours(cavalier):

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""G79 of drawings as they come: loops in any order and depth, drawn twice, joined, with spikes.  By an exact judge of areas."""
+"""G79 of drawings as they come: loops in any order and depth, drawn twice, joined, with spikes.  By an exact judge of
+areas."""
+
 import math
 from dataclasses import replace
 
@@ -50,7 +52,9 @@ def test_random_nestings(strategy):
     first = random_seed()
     for seed in range(first, first + random_count(3)):
         chains = drawing(seed)[0]
-        asked = request(chains, tool_radius=0.4, step=0.5, bottom=-1.0, strategy=strategy, direction=20.0, close_gap=GAP)
+        asked = request(
+            chains, tool_radius=0.4, step=0.5, bottom=-1.0, strategy=strategy, direction=20.0, close_gap=GAP
+        )
         found = judge_drawing(cycle.pocket_plan(asked).moves, asked, seed)
         if not found.right:
             write_replay(f"nesting_{seed}_P{strategy}", {"seed": seed, "strategy": strategy, "found": found})
@@ -58,8 +62,9 @@ def test_random_nestings(strategy):
 
 
 def test_a_neck_where_chords_move_a_crossing():
-    """Two arcs leave a neck 0.02 mm narrower than the tool, and what the tool's centre reaches ends where their offsets cross at six degrees: chords of
-    0.0001 mm move that place by 0.0014 mm.  Judged again with finer ones, nothing is left; what a shorter path leaves is found by them, too."""
+    """Two arcs leave a neck 0.02 mm narrower than the tool, and what the tool's centre reaches ends where their offsets
+    cross at six degrees: chords of 0.0001 mm move that place by 0.0014 mm.  Judged again with finer ones, nothing is
+    left; what a shorter path leaves is found by them, too."""
     chains, meant, _ = drawing(7293)
     asked = request(chains, tool_radius=0.4, step=0.5, bottom=-1.0, direction=20.0, close_gap=GAP)
     moves = cycle.pocket_plan(asked).moves
@@ -78,13 +83,17 @@ def test_the_judge_sees_a_pocket_left_out_and_a_wall_cut():
 
 
 def test_the_judge_looks_at_the_whole_area():
-    """An island that is cut away as a whole: what is cut beyond the pocket has its outline on that of the pocket.  And a rib 0.02 mm wide that is
-    left: 0.03 % of the area."""
+    """An island that is cut away as a whole: what is cut beyond the pocket has its outline on that of the pocket.  And
+    a rib 0.02 mm wide that is left: 0.03 % of the area."""
     asked, pin = request((BOX,)), [(29.5, 19.5), (30.5, 19.5), (30.5, 20.5), (29.5, 20.5)]
     found = judge(cycle.pocket_plan(asked).moves, asked, region(CORNERS, pin))
     assert found.gouge == pytest.approx(0.5, abs=1e-3) and found.beyond < SHARE
-    moves = [Line(x=10.0, y=10.0, z=-4.0, feed=600.0), Line(x=50.0, y=10.0, z=-4.0, feed=600.0), Line(x=50.0, y=16.02, z=-4.0, feed=600.0),
-             Line(x=10.0, y=16.02, z=-4.0, feed=600.0)]
+    moves = [
+        Line(x=10.0, y=10.0, z=-4.0, feed=600.0),
+        Line(x=50.0, y=10.0, z=-4.0, feed=600.0),
+        Line(x=50.0, y=16.02, z=-4.0, feed=600.0),
+        Line(x=10.0, y=16.02, z=-4.0, feed=600.0),
+    ]
     whole = Polygon([(10, 7), (50, 7), (50, 19.02), (10, 19.02)])
     found = judge(moves, replace(asked, start=(10.0, 10.0, -4.0)), whole)
     assert found.rest == pytest.approx(0.01, abs=2e-3) and found.left < 3 * SHARE
@@ -93,7 +102,9 @@ def test_the_judge_looks_at_the_whole_area():
 def test_the_judge_has_no_hole_in_a_small_circle():
     """A region 0.12 mm wide: the tool goes round on a circle of 0.06 mm."""
     moves = [Arc(x=10.06, y=10.0, cx=10.0, cy=10.0, ccw=True, feed=600.0)]
-    assert unary_union(cut_pieces(moves, (10.06, 10.0, -1.0), 1.5, -1.0)).area == pytest.approx(math.pi * 1.56 ** 2, rel=SHARE)
+    assert unary_union(cut_pieces(moves, (10.06, 10.0, -1.0), 1.5, -1.0)).area == pytest.approx(
+        math.pi * 1.56**2, rel=SHARE
+    )
 
 
 @pytest.mark.parametrize("strategy", sorted(set(NAMES) & {0, 1, 2, 3}))
@@ -125,11 +136,17 @@ def test_doubled_loops_count_once():
     assert "repeats" in notes(request((a, b)))[0] and "(and 1 more)" in notes(request((a, b, a)))[0]
 
 
-@pytest.mark.parametrize("points, words", [
-    ((*CORNERS, *ISLAND), "line 5 leads from one loop to another with G1 and is not a wall"),
-    ((*CORNERS, *ISLAND, (0, 0)), "line 5 leads from one loop to another with G1 and is not a wall (and 1 more)"),
-    (((0, 0), (60, 0), (60, 40), *ISLAND, (60, 40), (0, 40), (0, 0)), "line 3 leads from one loop to another with G1 and is not a wall (and 1 more)"),
-])
+@pytest.mark.parametrize(
+    "points, words",
+    [
+        ((*CORNERS, *ISLAND), "line 5 leads from one loop to another with G1 and is not a wall"),
+        ((*CORNERS, *ISLAND, (0, 0)), "line 5 leads from one loop to another with G1 and is not a wall (and 1 more)"),
+        (
+            ((0, 0), (60, 0), (60, 40), *ISLAND, (60, 40), (0, 40), (0, 0)),
+            "line 3 leads from one loop to another with G1 and is not a wall (and 1 more)",
+        ),
+    ],
+)
 def test_loops_joined_by_g1(points, words):
     asked = request((chain(*points),))
     assert notes(asked) == [words]
@@ -159,16 +176,23 @@ def test_an_island_across_the_wall():
     """As the bar in nc_files/pocket.ngc: drawn after the boundary, it is an island without a word."""
     asked = request((BOX, rectangle(50, 30, 80, 60)))
     assert not [note for note in notes(asked) if "line" in note]
-    left, beyond, *_ = judge(cycle.pocket_plan(asked).moves, asked, Polygon(CORNERS).difference(Polygon([(50, 30), (80, 30), (80, 60), (50, 60)])))
+    left, beyond, *_ = judge(
+        cycle.pocket_plan(asked).moves,
+        asked,
+        Polygon(CORNERS).difference(Polygon([(50, 30), (80, 30), (80, 60), (50, 60)])),
+    )
     assert max(left, beyond) < SHARE
 
 
-@pytest.mark.parametrize("points", [
-    [(0, 0), (60, 0), (60.009, 0), (60, 0), (60, 40), (0, 40), (0, 0)],
-    [(0, 0), (60.009, 0), (60, 0), (60, 40), (0, 40), (0, 0)],
-    [(0, 0), (60, 0), (60, 40), (0, 40), (0, -0.009), (0, 0)],
-    [(0, 0), (30, 0), (30, 0.009), (30.001, 0), (60, 0), (60, 40), (0, 40), (0, 0)],
-])
+@pytest.mark.parametrize(
+    "points",
+    [
+        [(0, 0), (60, 0), (60.009, 0), (60, 0), (60, 40), (0, 40), (0, 0)],
+        [(0, 0), (60.009, 0), (60, 0), (60, 40), (0, 40), (0, 0)],
+        [(0, 0), (60, 0), (60, 40), (0, 40), (0, -0.009), (0, 0)],
+        [(0, 0), (30, 0), (30, 0.009), (30.001, 0), (60, 0), (60, 40), (0, 40), (0, 0)],
+    ],
+)
 def test_spikes_are_dropped_as_gaps_are(points):
     contour = make_contour(chain(*points), GAP)
     assert contour.closed and contour.length.sum() == pytest.approx(200.0, abs=0.02)
@@ -178,23 +202,40 @@ def test_spikes_are_dropped_as_gaps_are(points):
 
 def test_a_spike_after_an_arc():
     arc = ArcElement((20.0, 0.0), (-20.0, 0.0), (0.0, 0.0), True, 1)
-    parts = (arc, LineElement((-20.0, 0.0), (-20.0, -0.008), 2), LineElement((-20.0, -0.008), (-20.0, 0.0), 3), LineElement((-20.0, 0.0), (20.0, 0.0), 4))
+    parts = (
+        arc,
+        LineElement((-20.0, 0.0), (-20.0, -0.008), 2),
+        LineElement((-20.0, -0.008), (-20.0, 0.0), 3),
+        LineElement((-20.0, 0.0), (20.0, 0.0), 4),
+    )
     assert list(make_contour(parts, GAP).line) == [1, 4]
 
 
 def test_a_longer_spike_is_named():
     with pytest.raises(ContourError) as error:
         make_contour(chain((0, 0), (60.5, 0), (60, 0), (60, 40), (0, 40), (0, 0)), GAP)
-    assert str(error.value) == "the contour crosses or touches itself: line 1 meets line 2 at X60 mm Y0 mm; draw them apart"
+    assert (
+        str(error.value)
+        == "the contour crosses or touches itself: line 1 meets line 2 at X60 mm Y0 mm; draw them apart"
+    )
 
 
-@pytest.mark.parametrize("points, lines", [(((0, 0), (60, 0), (0, 0)), "1 to 2"), (((0, 0), (60, 0), (20, 0), (0, 0)), "1 to 3"),
-                                           (((0, 0), (60, 0), (60, 40), (60, 0), (0, 0)), "2 to 3")])
+@pytest.mark.parametrize(
+    "points, lines",
+    [
+        (((0, 0), (60, 0), (0, 0)), "1 to 2"),
+        (((0, 0), (60, 0), (20, 0), (0, 0)), "1 to 3"),
+        (((0, 0), (60, 0), (60, 40), (60, 0), (0, 0)), "2 to 3"),
+    ],
+)
 def test_there_and_back_has_no_inside(points, lines):
     for loops in ((chain(*points),), (BOX, chain(*points))):
         with pytest.raises(ContourError) as error:
             cycle.pocket_plan(request(loops))
-        assert str(error.value) == f"the loop of lines {lines} runs there and back on itself and has no inside; draw its outline"
+        assert (
+            str(error.value)
+            == f"the loop of lines {lines} runs there and back on itself and has no inside; draw its outline"
+        )
 
 
 def test_a_line_beside_a_loop_is_named():
@@ -202,7 +243,10 @@ def test_a_line_beside_a_loop_is_named():
     for points, line in (((-5, -5), *CORNERS), 1), ((*CORNERS, (-5, -5)), 5):
         with pytest.raises(ContourError) as error:
             cycle.pocket_plan(request((chain(*points),)))
-        assert str(error.value) == f"line {line} leads to a closed loop or away from it and is not a part of it; use G0 between loops"
+        assert (
+            str(error.value)
+            == f"line {line} leads to a closed loop or away from it and is not a part of it; use G0 between loops"
+        )
 
 
 def test_a_fine_curve_is_one_loop():

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Paths of constant engagement: the C functions against closed forms and brute force, the path by the exact judge of support."""
+"""Paths of constant engagement: the C functions against closed forms and brute force, the path by the exact judge of
+support."""
+
 import math
 
 import numpy as np
@@ -16,14 +18,14 @@ from chipwise.geometry.pocket import engage, engage_links as links, engage_needl
 from chipwise.geometry.pocket.machinable import split
 
 RADIUS, STEP = 3.0, 2.4
-STUCK = 2                       # CHIP_ENGAGE_STUCK
+STUCK = 2  # CHIP_ENGAGE_STUCK
 NOMINAL = math.acos(1.0 - STEP / RADIUS)
-STEEP = 0.5                     # sine of the angle to a wall
+STEEP = 0.5  # sine of the angle to a wall
 
 
 def region(name):
     contours = [make_contour(parts) for parts in SHAPES[name]]
-    found, = split(contours[0], contours[1:], RADIUS)
+    (found,) = split(contours[0], contours[1:], RADIUS)
     return found
 
 
@@ -44,7 +46,7 @@ def line(*points):
     return make_lines(points[:-1], points[1:])
 
 
-# ---- the judge ---------------------------------------------------------------------------------------------------------
+# ---- the judge -------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("width", [0.5, 1.5, 2.4, 3.0, 4.5])
@@ -57,12 +59,14 @@ def test_the_judge_knows_the_angle_of_a_side_cut(width):
 
 
 def test_the_judge_reads_half_a_turn_in_solid_stock():
-    arc = make_arcs(np.array([[10.0, 0.0]]), np.array([[0.0, 10.0]]), np.zeros((1, 2)), np.array([10.0]), np.array([math.pi / 2]))
+    arc = make_arcs(
+        np.array([[10.0, 0.0]]), np.array([[0.0, 10.0]]), np.zeros((1, 2)), np.array([10.0]), np.array([math.pi / 2])
+    )
     found = engagement_judge.exact(rows_of(arc), [True], RADIUS)
     assert found[20:, 4] == pytest.approx(math.pi, abs=1e-6)
 
 
-# ---- ground ------------------------------------------------------------------------------------------------------------
+# ---- ground ----------------------------------------------------------------------------------------------------------
 
 
 def test_engagement_as_the_judge_reads_it():
@@ -74,10 +78,14 @@ def test_engagement_as_the_judge_reads_it():
     pose = np.column_stack((rng.uniform(8.0, 52.0, (40, 2)), rng.uniform(0.0, 6.28, 40)))
     ahead = make_lines(pose[:, :2] - 1e-6 * np.column_stack((np.cos(pose[:, 2]), np.sin(pose[:, 2]))), pose[:, :2])
     for k in range(len(pose)):
-        told = engagement_judge.exact(np.concatenate((rows_of(chain), rows_of(elements.take(ahead, [k])))), [False] * len(chain) + [True], RADIUS)[-1, 4]
+        told = engagement_judge.exact(
+            np.concatenate((rows_of(chain), rows_of(elements.take(ahead, [k])))), [False] * len(chain) + [True], RADIUS
+        )[-1, 4]
         fresh = Ground(found.contours, RADIUS)
         fresh.clear(chain)
-        assert fresh.along(elements.take(ahead, [k]), 1.0)[0, 3] == pytest.approx(told, abs=0.12)       # its slack at both ends
+        assert fresh.along(elements.take(ahead, [k]), 1.0)[0, 3] == pytest.approx(
+            told, abs=0.12
+        )  # its slack at both ends
 
 
 def test_depth_in_the_region():
@@ -92,11 +100,13 @@ def test_depth_in_the_region():
 
 def test_a_rib_thinner_than_the_tool_is_seen_under_it():
     ground = Ground(region("rectangle").contours, RADIUS)
-    for y in (10.0, 16.05):                             # a rib of 0.05 mm between two slots
+    for y in (10.0, 16.05):  # a rib of 0.05 mm between two slots
         ground.clear(line((5, y), (50, y)))
     across = line((20, 10), (20, 16.05))
     assert not ground.swept(across, -0.004, 0.01)
-    assert ground.swept(line((20, 10), (30, 10)), -0.004, 0.01) and not ground.swept(line((20, 10), (30, 10)), 0.2, 0.01)
+    assert ground.swept(line((20, 10), (30, 10)), -0.004, 0.01) and not ground.swept(
+        line((20, 10), (30, 10)), 0.2, 0.01
+    )
     ground.clear(line((5, 13), (50, 13)))
     assert ground.swept(across, 0.0, 0.01)
 
@@ -125,12 +135,13 @@ def test_fitted_arcs_stay_by_the_poses():
     assert (out[:-1] * onto[1:]).sum(axis=1).min() > 1.0 - 1e-6
 
 
-# ---- the path ------------------------------------------------------------------------------------------------------------
+# ---- the path --------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("rho", [1.25, 0.4])
 def test_a_trace_keeps_its_angle_and_leaves_room(rho):
-    """From cleared ground towards a wall, under many angles: it turns onto the wall, and is nowhere over it, between its steps either."""
+    """From cleared ground towards a wall, under many angles: it turns onto the wall, and is nowhere over it, between
+    its steps either."""
     stuck = deepest = over = 0
     for angle in np.linspace(-1.3, 0.4, 6):
         ground = Ground(region("rectangle").contours, RADIUS)
@@ -142,13 +153,16 @@ def test_a_trace_keeps_its_angle_and_leaves_room(rho):
         over = max(over, steps[:, 3].max() - NOMINAL)
         chain = fitted(np.vstack([[(*start, angle)], steps[:, :3]]), 1e-5)
         index = np.repeat(np.arange(len(chain)), 9)
-        deepest = max(deepest, -ground.depth(elements.point_at(chain, index, np.tile(np.linspace(0, 1, 9), len(chain)))).min())
+        deepest = max(
+            deepest, -ground.depth(elements.point_at(chain, index, np.tile(np.linspace(0, 1, 9), len(chain)))).min()
+        )
         stuck += bool(why & STUCK)
     assert stuck == 0 and deepest < 6e-4 and over < 0.17
 
 
 def into_walls(name, rho, count=20):
-    """(mm of the deepest dip into a wall, paths whose cut ended steeply in front of one) of traces from places with room, stock on their right."""
+    """(mm of the deepest dip into a wall, paths whose cut ended steeply in front of one) of traces from places with
+    room, stock on their right."""
     found, rng = region(name), np.random.default_rng(1)
     low, high = (f(part, axis=0) for f, part in zip((np.min, np.max), elements.boxes(found.boundary)))
     point = rng.uniform(low, high, (400, 2))
@@ -161,7 +175,10 @@ def into_walls(name, rho, count=20):
         steps, why = ground.trace((*place, angle), rule(NOMINAL, rho, 0.0, min(0.15, 0.5 * rho), 2.4), True, 400)
         chain = fitted(np.vstack([[(*place, angle)], steps[:, :3]]), 1e-6)
         index = np.repeat(np.arange(len(chain)), 17)
-        deepest = max(deepest, -ground.depth(elements.point_at(chain, index, np.tile(np.linspace(0.0, 1.0, 17), len(chain)))).min())
+        deepest = max(
+            deepest,
+            -ground.depth(elements.point_at(chain, index, np.tile(np.linspace(0.0, 1.0, 17), len(chain)))).min(),
+        )
         (x, y), heading = steps[-1, :2], steps[-1, 2]
         before, at = ground.depth(np.array([(x - 0.01 * math.cos(heading), y - 0.01 * math.sin(heading)), (x, y)]))
         stuck += bool(why & STUCK) and before - at > 0.01 * STEEP and steps[-1, 3] > 0.0
@@ -176,17 +193,32 @@ def test_a_trace_can_turn_away_from_every_wall(name, rho):
 
 @pytest.mark.parametrize("name, rho", [("L", 0.4), ("star", 0.1)])
 def test_a_trace_does_not_dip_into_a_wall_between_its_steps(name, rho):
-    assert into_walls(name, rho)[0] < 6e-4          # three times what it may touch
+    assert into_walls(name, rho)[0] < 6e-4  # three times what it may touch
 
 
 def test_places_of_an_element_as_of_many():
     """To the last bit: paths shall not depend on which of both is asked."""
-    rng, chain = np.random.default_rng(3), elements.join((line((1, 2), (8, 3)), make_arcs(np.array([[8.0, 3.0]]), np.array([[2.0, 9.0]]), np.array([[2.0, 3.0]]),
-                                                                                         np.array([6.0]), np.array([math.pi / 2]))))
+    rng, chain = (
+        np.random.default_rng(3),
+        elements.join(
+            (
+                line((1, 2), (8, 3)),
+                make_arcs(
+                    np.array([[8.0, 3.0]]),
+                    np.array([[2.0, 9.0]]),
+                    np.array([[2.0, 3.0]]),
+                    np.array([6.0]),
+                    np.array([math.pi / 2]),
+                ),
+            )
+        ),
+    )
     for k in (0, 1):
         t = rng.uniform(0.0, 1.0, 300)
-        assert np.array_equal(np.concatenate([links._place_at(chain, k)(float(one)) for one in t]),
-                              np.concatenate([elements.point_at(chain, np.array([k]), np.array([one])) for one in t]))
+        assert np.array_equal(
+            np.concatenate([links._place_at(chain, k)(float(one)) for one in t]),
+            np.concatenate([elements.point_at(chain, np.array([k]), np.array([one])) for one in t]),
+        )
 
 
 def test_places_with_a_clearance_as_the_ground_grows():
@@ -194,8 +226,13 @@ def test_places_with_a_clearance_as_the_ground_grows():
     for y in (10.0, 14.0, 18.0):
         planner.ground.clear(line((10, y), (40, y)))
         planner.grid.refresh()
-        found, fresh = planner.grid.roomy(0.2), planner.ground.rim(planner.grid.point.reshape(-1, 2), -0.2).reshape(planner.grid.cleared.shape)
-        assert np.array_equal(found, fresh & planner.grid.cleared & (planner.grid.depth >= 0.2)) and found.any() == (y > 10.0)
+        found, fresh = (
+            planner.grid.roomy(0.2),
+            planner.ground.rim(planner.grid.point.reshape(-1, 2), -0.2).reshape(planner.grid.cleared.shape),
+        )
+        assert np.array_equal(found, fresh & planner.grid.cleared & (planner.grid.depth >= 0.2)) and found.any() == (
+            y > 10.0
+        )
 
 
 def test_a_corner_is_left_on_an_arc():
@@ -216,9 +253,17 @@ def test_a_corner_is_left_on_an_arc():
 def test_the_tool_leaves_a_wall_before_it_goes_up():
     """Of a wall that is run all around: over its seam, and away on an arc tangent to it."""
     planner = engage.Planner(region("circle"), RADIUS, STEP, 25.0, 0.2, overlap=0.3)
-    wall, = planner.walls
+    (wall,) = planner.walls
     planner.ground.clear(wall.contour)
-    planner.ground.clear(make_arcs(np.array([[19.6, 0.0]]), np.array([[19.6, 0.0]]), np.zeros((1, 2)), np.array([19.6]), np.array([2 * math.pi])))
+    planner.ground.clear(
+        make_arcs(
+            np.array([[19.6, 0.0]]),
+            np.array([[19.6, 0.0]]),
+            np.zeros((1, 2)),
+            np.array([19.6]),
+            np.array([2 * math.pi]),
+        )
+    )
     planner.pose = (19.6, 0.0, math.pi / 2)
     planner._along_wall(wall.contour)
     run = planner.segments[-1].elements
@@ -227,7 +272,10 @@ def test_the_tool_leaves_a_wall_before_it_goes_up():
     off, up = planner.segments[-2:]
     assert off.kind == "feed" and up.kind == "over" and np.array_equal(up.elements.start[0], off.elements.end[-1])
     assert off.elements.is_arc.all() and planner.ground.depth(up.elements.start)[0] >= 0.2 - 1e-6
-    before, after = (elements.tangent_at(e, np.array([k]), np.array([t]))[0] for e, k, t in ((run, len(run) - 1, 1.0), (off.elements, 0, 0.0)))
+    before, after = (
+        elements.tangent_at(e, np.array([k]), np.array([t]))[0]
+        for e, k, t in ((run, len(run) - 1, 1.0), (off.elements, 0, 0.0))
+    )
     assert before @ after > 1.0 - 1e-9
 
 
@@ -262,7 +310,11 @@ def test_the_certificate_names_a_slot():
 def test_the_certificate_names_a_rapid_and_a_descent_in_stock():
     found = region("rectangle")
     first, away = line((10, 10), (20, 10)), line((20, 10), (40, 30))
-    segments = [engage.Segment("cut", first), engage.Segment("rapid", away), engage.Segment("cut", line((40, 30), (45, 30)))]
+    segments = [
+        engage.Segment("cut", first),
+        engage.Segment("rapid", away),
+        engage.Segment("cut", line((40, 30), (45, 30))),
+    ]
     assert engage_proof.prove(found, segments, RADIUS, NOMINAL).rapid_at == (20.0, 10.0)
     segments[1] = engage.Segment("over", away)
     assert engage_proof.prove(found, segments, RADIUS, NOMINAL).plunge_at == (40.0, 30.0)

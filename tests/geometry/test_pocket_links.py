@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Links from Track to Track of G79 at a level: the tool lifts for entries only, and sweeps nothing that is not cleared."""
+"""Links from Track to Track of G79 at a level: the tool lifts for entries only, and sweeps nothing that is not
+cleared."""
+
 import math
 
 import numpy as np
@@ -18,7 +20,7 @@ from chipwise.geometry.pocket.strategies import NAMES, STRATEGIES
 from chipwise.geometry.pocket.tracks import make_track
 
 RADIUS, STEP, CLEARANCE, FEED = 3.0, 2.4, 0.2, 25.0
-SEEN_MM, SPACING_MM, AROUND = 0.02, 0.3, 90     # stock that the judge sees; where it looks
+SEEN_MM, SPACING_MM, AROUND = 0.02, 0.3, 90  # stock that the judge sees; where it looks
 
 
 def regions(name):
@@ -36,7 +38,10 @@ def in_stock(tracks, piece, radius):
     for k, length in enumerate(elements.lengths(piece.elements)):
         t = np.linspace(0.0, 1.0, math.ceil(length / SPACING_MM) + 1)
         for place in elements.point_at(piece.elements, np.full(len(t), k), t):
-            gap = [elements.distances(path, np.arange(len(path)), np.broadcast_to(p, (len(path), 2))).min() for p in place + rim]
+            gap = [
+                elements.distances(path, np.arange(len(path)), np.broadcast_to(p, (len(path), 2))).min()
+                for p in place + rim
+            ]
             found += (place + rim)[np.array(gap) > radius].tolist()
     return found
 
@@ -88,7 +93,7 @@ def test_random_pockets(strategy):
 @pytest.mark.parametrize("strategy, name", [(1, "rectangle"), (2, "island"), (0, "island")])
 def test_no_link_meets_stock(strategy, name):
     """The circle of the tool, for a rapid with the clearance, against the distance of all Tracks before."""
-    region, = regions(name)
+    (region,) = regions(name)
     tracks = STRATEGIES[strategy](region, RADIUS, STEP, 0.0, True)
     routes = links.linked(region, tracks, RADIUS, CLEARANCE, FEED)
     pieces = [(k, piece) for k, route in enumerate(routes) for piece in route or ()][::4]
@@ -96,18 +101,29 @@ def test_no_link_meets_stock(strategy, name):
     for k, piece in pieces:
         assert in_stock(tracks[:k], piece, RADIUS) == []
     far = chains.line(tracks[0].start, region.boundary.start[0] + (2.0 * RADIUS, 0.0))
-    assert in_stock(tracks[:1], links.Piece(far), RADIUS)                           # the judge sees stock
+    assert in_stock(tracks[:1], links.Piece(far), RADIUS)  # the judge sees stock
 
 
 def test_a_link_begins_and_ends_with_the_clearance_kept():
     """One-route in a rectangle: the rapids keep 0.2 mm to the walls and to the row that still stands."""
-    region, = regions("rectangle")
+    (region,) = regions("rectangle")
     tracks = STRATEGIES[1](region, RADIUS, STEP, 0.0, True)
-    rapids = [piece.elements for route in links.linked(region, tracks, RADIUS, CLEARANCE, FEED) for piece in route or () if piece.rapid]
+    rapids = [
+        piece.elements
+        for route in links.linked(region, tracks, RADIUS, CLEARANCE, FEED)
+        for piece in route or ()
+        if piece.rapid
+    ]
     assert len(rapids) >= len(tracks) // 2
     for e in rapids:
-        assert min(elements.distances(c, np.arange(len(c)), np.broadcast_to(p, (len(c), 2))).min()
-                   for c in region.contours for p in (e.start[0], e.end[0])) >= CLEARANCE - 1e-6
+        assert (
+            min(
+                elements.distances(c, np.arange(len(c)), np.broadcast_to(p, (len(c), 2))).min()
+                for c in region.contours
+                for p in (e.start[0], e.end[0])
+            )
+            >= CLEARANCE - 1e-6
+        )
 
 
 def test_shortest_goes_round_what_is_not_free():
@@ -121,10 +137,9 @@ def test_shortest_goes_round_what_is_not_free():
 
 
 def test_a_track_that_begins_where_the_last_ended_needs_no_link():
-    region, = regions("rectangle")
+    (region,) = regions("rectangle")
     whole = STRATEGIES[1](region, RADIUS, STEP, 0.0, True)[0].elements
     first, second = (chains.line(whole.start[0], whole.end[0]), elements.take(whole, np.arange(1, len(whole))))
     tracks = [make_track(first), make_track(second)]
     assert math.dist(tracks[0].end, tracks[1].start) <= NODE_MM
     assert links.linked(region, tracks, RADIUS, CLEARANCE, FEED) == [None, ()]
-

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""glue/path_mode.py: motion gets the path mode that is shown once more where a program begins, because LinuxCNC may have forgotten it there."""
+"""glue/path_mode.py: motion gets the path mode that is shown once more where a program begins, because LinuxCNC may
+have forgotten it there."""
+
 import importlib
 import sys
 import types
@@ -24,14 +26,19 @@ class Interp:
 
 @pytest.fixture(name="path_mode")
 def make_path_mode(monkeypatch):
-    canon = types.SimpleNamespace(CANON_UNITS=types.SimpleNamespace(CANON_UNITS_INCHES="inch"), GET_EXTERNAL_MOTION_CONTROL_TOLERANCE=lambda: 0.01,
-                                  GET_EXTERNAL_MOTION_CONTROL_NAIVECAM_TOLERANCE=lambda: 0.02)
+    canon = types.SimpleNamespace(
+        CANON_UNITS=types.SimpleNamespace(CANON_UNITS_INCHES="inch"),
+        GET_EXTERNAL_MOTION_CONTROL_TOLERANCE=lambda: 0.01,
+        GET_EXTERNAL_MOTION_CONTROL_NAIVECAM_TOLERANCE=lambda: 0.02,
+    )
     names = ("chipwise.glue.path_mode", "chipwise.glue.program_run")
     for name, module in (("emccanon", canon), ("interpreter", types.SimpleNamespace())):
         monkeypatch.setitem(sys.modules, name, module)
     before = {name: sys.modules.pop(name, None) for name in names}
     module = importlib.import_module(names[0])
-    monkeypatch.setattr(module, "program_run", types.SimpleNamespace(skipped=lambda: False, may_be_skipped=lambda: False))
+    monkeypatch.setattr(
+        module, "program_run", types.SimpleNamespace(skipped=lambda: False, may_be_skipped=lambda: False)
+    )
     yield module
     for name, had in before.items():
         sys.modules.pop(name, None)

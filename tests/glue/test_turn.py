@@ -34,8 +34,15 @@ def emitted(module, cycles, task=1):
     """Moves executed between two turns of the task, over cycles of so many levels of so many moves."""
     counts, since = [], 0
     for levels, size in cycles:
-        moves = [move for level in range(levels) for move in
-                 [Rapid(z=5.0), Line(z=-1.0 - level, feed=100.0), *(Line(x=float(k), feed=300.0) for k in range(1, size))]]
+        moves = [
+            move
+            for level in range(levels)
+            for move in [
+                Rapid(z=5.0),
+                Line(z=-1.0 - level, feed=100.0),
+                *(Line(x=float(k), feed=300.0) for k in range(1, size)),
+            ]
+        ]
         turn = module.TaskShare(interp(task))
         for chunk in gcode_lines.chunks(moves, (0.0, 0.0, 5.0), 1.0):
             if turn.is_over(chunk):
@@ -47,14 +54,15 @@ def emitted(module, cycles, task=1):
     return [*counts, since]
 
 
-@pytest.mark.parametrize("cycles", [[(100, 300)], [(3, 40)] * 500, [(2, 15000)], [(1, 4000), (1, 19000), (1, 100)],
-                                    [(200, 1)] * 40])
+@pytest.mark.parametrize(
+    "cycles", [[(100, 300)], [(3, 40)] * 500, [(2, 15000)], [(1, 4000), (1, 19000), (1, 100)], [(200, 1)] * 40]
+)
 def test_moves_between_turns(turn, cycles):
     """At most TURN_MOVES, but for one chunk that is longer."""
     longest = max(size for _, size in cycles) + 2 + gcode_lines.CHUNK_MOVES
     counts = emitted(turn, cycles)
     assert max(counts) <= max(turn.TURN_MOVES, longest)
-    assert sum(counts) == sum(levels * (size + 1) - 1 for levels, size in cycles)   # the first traverse goes nowhere
+    assert sum(counts) == sum(levels * (size + 1) - 1 for levels, size in cycles)  # the first traverse goes nowhere
 
 
 def test_small_cycles_do_not_rest(turn):
@@ -84,7 +92,7 @@ def test_a_cycle_that_has_waited_asks_the_planner_shortly(turn):
     assert one.patience() == turn.WAIT_S
     list(one.wait())
     assert one.patience() == turn.AGAIN_S < turn.WAIT_S / 2
-    assert turn.TaskShare(interp(1)).patience() == turn.WAIT_S       # of the next cycle
+    assert turn.TaskShare(interp(1)).patience() == turn.WAIT_S  # of the next cycle
 
 
 def test_feed_survives_the_wait(turn):
@@ -92,7 +100,7 @@ def test_feed_survives_the_wait(turn):
     machine = interp(1)
     wait = turn.TaskShare(machine).wait()
     next(wait)
-    assert turn.queued == [0.0]         # the move before is in the queue
+    assert turn.queued == [0.0]  # the move before is in the queue
     machine.feed_rate = 3000.0
     assert list(wait) == [] and machine.feed_rate == 7.0
 
@@ -104,15 +112,21 @@ def test_the_preview_never_yields(turn):
 
 def test_a_tool_that_linuxcnc_does_not_know(monkeypatch):
     """The file of the tool table has it, LinuxCNC has not read it again: no internal error."""
-    monkeypatch.setitem(sys.modules, "interpreter", types.SimpleNamespace(INTERP_EXECUTE_FINISH=3, INTERP_OK=0, INTERP_ERROR=1))
+    monkeypatch.setitem(
+        sys.modules, "interpreter", types.SimpleNamespace(INTERP_EXECUTE_FINISH=3, INTERP_OK=0, INTERP_ERROR=1)
+    )
     monkeypatch.setitem(sys.modules, "emccanon", types.SimpleNamespace(CANON_UNITS=None))
     before = set(sys.modules)
     from chipwise.errors import CycleError
+
     turning = importlib.import_module("chipwise.glue.turning")
 
     def execute(line):
         raise SystemError(f"error return without exception set: {line}")
-    state = types.SimpleNamespace(interp=types.SimpleNamespace(tool_table=[types.SimpleNamespace(toolno=1)], execute=execute), line_number=3)
+
+    state = types.SimpleNamespace(
+        interp=types.SimpleNamespace(tool_table=[types.SimpleNamespace(toolno=1)], execute=execute), line_number=3
+    )
     with pytest.raises(CycleError, match="LinuxCNC does not know tool 7, which is in the tool table file"):
         list(turning._change_tool(state, None, 7))
     for name in set(sys.modules) - before:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""glue/program_run.py: a run whose first line is not known, because another command came first.  A cycle in it must not keep the task for its whole
-length once the machine has carried out a move."""
+"""glue/program_run.py: a run whose first line is not known, because another command came first.  A cycle in it must not
+keep the task for its whole length once the machine has carried out a move."""
+
 import importlib
 import sys
 import types
@@ -13,7 +14,9 @@ def make_machine(monkeypatch):
     """What milltask shows of itself, with another command in its buffer than the one that has started the run."""
     tran = types.SimpleNamespace(x=0.0, y=0.0, z=5.0)
     traj = types.SimpleNamespace(position=types.SimpleNamespace(tran=tran), inpos=True, queue=0)
-    status = types.SimpleNamespace(motion=types.SimpleNamespace(traj=traj), task=types.SimpleNamespace(motionLine=3, mode="AUTO"))
+    status = types.SimpleNamespace(
+        motion=types.SimpleNamespace(traj=traj), task=types.SimpleNamespace(motionLine=3, mode="AUTO")
+    )
     monkeypatch.setitem(sys.modules, "emctask", types.SimpleNamespace(emcstat=status))
     return status
 
@@ -30,7 +33,9 @@ def make_context(monkeypatch, machine):
     begun = iter([True] + 99 * [False])
     monkeypatch.setattr(task, "is_new_run", lambda: next(begun))
     context._Context.kind, context._Context.start = None, 0
-    interp = types.SimpleNamespace(task=1, call_level=0, sub_context=[types.SimpleNamespace(filename="a.ngc")], filename="a.ngc")
+    interp = types.SimpleNamespace(
+        task=1, call_level=0, sub_context=[types.SimpleNamespace(filename="a.ngc")], filename="a.ngc"
+    )
     assert context.enter(interp, {"n": 1})
     yield context
     context._Context.kind, context._Context.start = None, 0
@@ -50,7 +55,7 @@ def test_a_move_that_was_carried_out_ends_the_doubt(context, machine, change):
     else:
         machine.motion.traj.position.tran.x = 200.0
     assert not context.may_be_skipped() and not context.skipped()
-    machine.task.motionLine, machine.motion.traj.position.tran.x = 3, 0.0       # the machine may come back
+    machine.task.motionLine, machine.motion.traj.position.tran.x = 3, 0.0  # the machine may come back
     assert not context.may_be_skipped()
 
 
@@ -61,7 +66,7 @@ def test_a_machine_that_still_brakes_says_nothing(monkeypatch, context, machine)
     before = task.seen()
     machine.motion.traj.inpos, machine.motion.traj.position.tran.x = True, 0.4
     assert not task.has_moved(before)
-    machine.task.motionLine = 0                                                 # reset
+    machine.task.motionLine = 0  # reset
     assert not task.has_moved(before)
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """tools/apt_repository: apt accepts what the releaser has signed, and nothing else."""
+
 import os
 import shutil
 import subprocess
@@ -17,7 +18,9 @@ def package(folder, version, text):
     """A package that has one file."""
     tree = folder / "tree"
     (tree / "DEBIAN").mkdir(parents=True, exist_ok=True)
-    (tree / "DEBIAN/control").write_text(f"Package: chipwise\nVersion: {version}\nArchitecture: amd64\nMaintainer: a <a@b.example>\nDescription: a\n")
+    (tree / "DEBIAN/control").write_text(
+        f"Package: chipwise\nVersion: {version}\nArchitecture: amd64\nMaintainer: a <a@b.example>\nDescription: a\n"
+    )
     (tree / "file").write_text(text)
     path = folder / f"chipwise_{version}_amd64.deb"
     subprocess.run(["dpkg-deb", "--root-owner-group", "-b", tree, path], check=True, stdout=subprocess.DEVNULL)
@@ -30,15 +33,25 @@ def make_key(tmp_path_factory):
     home = tmp_path_factory.mktemp("gpg")
     home.chmod(0o700)
     env = {**os.environ, "GNUPGHOME": str(home)}
-    subprocess.run(["gpg", "--batch", "--quiet", "--passphrase", "", "--quick-gen-key", KEY, "ed25519", "sign"], env=env, check=True,
-                   stderr=subprocess.DEVNULL)
+    subprocess.run(
+        ["gpg", "--batch", "--quiet", "--passphrase", "", "--quick-gen-key", KEY, "ed25519", "sign"],
+        env=env,
+        check=True,
+        stderr=subprocess.DEVNULL,
+    )
     yield env
     subprocess.run(["gpgconf", "--kill", "all"], env=env, stderr=subprocess.DEVNULL)
 
 
 def lay(folder, env, *packages):
-    return subprocess.run([ROOT / "tools/apt_repository", folder, "--key", KEY, "--uri", f"file:{folder}", *packages], env=env, text=True,
-                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    return subprocess.run(
+        [ROOT / "tools/apt_repository", folder, "--key", KEY, "--uri", f"file:{folder}", *packages],
+        env=env,
+        text=True,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
 
 
 def seen(tmp_path, repository, release):
@@ -49,11 +62,27 @@ def seen(tmp_path, repository, release):
         (apt / name).mkdir(parents=True)
     (apt / "status").touch()
     shutil.copy(repository / f"chipwise-{release}.sources", apt / "etc/sources.list.d")
-    options = [f"Dir::Etc={apt}/etc", f"Dir::State={apt}/state", f"Dir::State::status={apt}/status", f"Dir::Cache={apt}/cache",
-               "APT::Architecture=amd64", "APT::Architectures::=amd64", "APT::Sandbox::User=root", "APT::Update::Error-Mode=any"]
+    options = [
+        f"Dir::Etc={apt}/etc",
+        f"Dir::State={apt}/state",
+        f"Dir::State::status={apt}/status",
+        f"Dir::Cache={apt}/cache",
+        "APT::Architecture=amd64",
+        "APT::Architectures::=amd64",
+        "APT::Sandbox::User=root",
+        "APT::Update::Error-Mode=any",
+    ]
     options = [word for option in options for word in ("-o", option)]
-    updated = subprocess.run(["apt-get", *options, "update"], text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-    known = subprocess.run(["apt-cache", *options, "madison", "chipwise"], text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL).stdout
+    updated = subprocess.run(
+        ["apt-get", *options, "update"],
+        text=True,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
+    known = subprocess.run(
+        ["apt-cache", *options, "madison", "chipwise"], text=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+    ).stdout
     return updated.returncode, sorted(line.split("|")[1].strip() for line in known.splitlines())
 
 
@@ -68,7 +97,9 @@ def test_each_release_sees_its_own_packages_and_older_ones_stay(tmp_path, key):
     # a changed index is refused, and so is one signed by somebody else
     for name in ("dists/trixie/main/binary-amd64/Packages", "dists/trixie/main/binary-amd64/Packages.gz"):
         (repository / name).unlink()
-    (repository / "dists/trixie/main/binary-amd64/Packages").write_text("Package: chipwise\nVersion: 9\nArchitecture: amd64\n\n")
+    (repository / "dists/trixie/main/binary-amd64/Packages").write_text(
+        "Package: chipwise\nVersion: 9\nArchitecture: amd64\n\n"
+    )
     assert seen(tmp_path, repository, "trixie") == (100, [])
     text = (repository / "dists/bookworm/InRelease").read_text()
     (repository / "dists/bookworm/InRelease").write_text(text.replace("Label: chipwise", "Label: another"))
@@ -83,8 +114,24 @@ def test_what_is_published_is_not_replaced(tmp_path, key):
     assert done.returncode == 1 and "is published with another content; raise VERSION" in done.stdout
 
 
-@pytest.mark.parametrize("version, owner, said", [("0.4.0", KEY, "is for no release"), ("0.4.0+deb12u1", "nobody@chipwise.example", "gpg has no key")])
+@pytest.mark.parametrize(
+    "version, owner, said",
+    [("0.4.0", KEY, "is for no release"), ("0.4.0+deb12u1", "nobody@chipwise.example", "gpg has no key")],
+)
 def test_what_cannot_be_signed_or_placed_is_refused(tmp_path, key, version, owner, said):
-    done = subprocess.run([ROOT / "tools/apt_repository", tmp_path / "r", "--key", owner, "--uri", "file:/r", package(tmp_path, version, "a")],
-                          env=key, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    done = subprocess.run(
+        [
+            ROOT / "tools/apt_repository",
+            tmp_path / "r",
+            "--key",
+            owner,
+            "--uri",
+            "file:/r",
+            package(tmp_path, version, "a"),
+        ],
+        env=key,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
     assert done.returncode == 1 and said in done.stdout, done.stdout

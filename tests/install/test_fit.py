@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Components, programs and LinuxCNC of different versions do not run together: remap/chipwise/host/fit.py, clib/library.py."""
+"""Components, programs and LinuxCNC of different versions do not run together: remap/chipwise/host/fit.py,
+clib/library.py."""
+
 import ctypes
 import shutil
 import subprocess
@@ -21,7 +23,11 @@ WANTED = Stamp("0.5.0", "2.9.4", "aa")
 def test_every_component_has_the_stamp_of_this_build():
     stamps = {stamp_of(path) for path in MADE.glob("*.so")}
     assert stamps == {Stamp(version(), fit.linuxcnc_version(), fingerprint())}
-    assert {path.stem for path in MADE.glob("*.so")} == {path.stem for path in (ROOT / "components").glob("*.comp")} >= set(MODULES)
+    assert (
+        {path.stem for path in MADE.glob("*.so")}
+        == {path.stem for path in (ROOT / "components").glob("*.comp")}
+        >= set(MODULES)
+    )
 
 
 def test_a_stamp_survives_strip(tmp_path):
@@ -29,19 +35,29 @@ def test_a_stamp_survives_strip(tmp_path):
     assert stamp_of(tmp_path / "a.so") == stamp_of(MADE / "stock_tracker.so")
 
 
-@pytest.mark.parametrize("stamp, said", [
-    (None, "earlier chipwise, without a stamp"),
-    (WANTED._replace(chipwise="0.4.0"), "is of chipwise 0.4.0, and the programs are 0.5.0"),
-    (WANTED._replace(linuxcnc="2.9.0"), "built for LinuxCNC 2.9.0, and this is LinuxCNC 2.9.4"),
-    (WANTED._replace(headers="bb"), "other headers of LinuxCNC 2.9.4")])
+@pytest.mark.parametrize(
+    "stamp, said",
+    [
+        (None, "earlier chipwise, without a stamp"),
+        (WANTED._replace(chipwise="0.4.0"), "is of chipwise 0.4.0, and the programs are 0.5.0"),
+        (WANTED._replace(linuxcnc="2.9.0"), "built for LinuxCNC 2.9.0, and this is LinuxCNC 2.9.4"),
+        (WANTED._replace(headers="bb"), "other headers of LinuxCNC 2.9.4"),
+    ],
+)
 def test_what_differs_is_refused_with_the_remedy(stamp, said):
     with pytest.raises(CycleError, match=said) as refused:
         check_stamp("stock_tracker.so", stamp, WANTED)
-    assert str(refused.value).startswith("chipwise: stock_tracker.so ") and "rebuild: `make install`" in str(refused.value)
+    assert str(refused.value).startswith("chipwise: stock_tracker.so ") and "rebuild: `make install`" in str(
+        refused.value
+    )
 
 
 def test_headers_that_are_not_there_are_not_compared():
-    for stamp, wanted in ((WANTED, WANTED), (WANTED._replace(headers="none"), WANTED), (WANTED, WANTED._replace(headers="none"))):
+    for stamp, wanted in (
+        (WANTED, WANTED),
+        (WANTED._replace(headers="none"), WANTED),
+        (WANTED, WANTED._replace(headers="none")),
+    ):
         check_stamp("stock_tracker.so", stamp, wanted)
 
 
@@ -96,11 +112,18 @@ def test_another_linuxcnc_is_refused(modules, monkeypatch):
 def test_chipwise_load_refuses_and_loads_nothing(modules):
     """In a sandbox, where LinuxCNC's folder of modules has these."""
     make_old(modules / "chipwise_guard.so")
-    done = subprocess.run([ROOT / "bin/chipwise-sandbox", "--modules", modules, "--", ROOT / "bin/chipwise", "load"], text=True,
-                          stdin=subprocess.DEVNULL, capture_output=True)
+    done = subprocess.run(
+        [ROOT / "bin/chipwise-sandbox", "--modules", modules, "--", ROOT / "bin/chipwise", "load"],
+        text=True,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+    )
     assert done.returncode == 1
     assert done.stderr.strip().endswith("rebuild: `make install` in chipwise's folder"), done.stderr
-    assert f"chipwise: chipwise_guard.so is of chipwise {'9' * len(version())}, and the programs are {version()}" in done.stderr
+    assert (
+        f"chipwise: chipwise_guard.so is of chipwise {'9' * len(version())}, and the programs are {version()}"
+        in done.stderr
+    )
 
 
 def test_a_library_of_another_version_is_refused(tmp_path):
@@ -115,8 +138,16 @@ def test_a_library_of_another_version_is_refused(tmp_path):
 def test_make_builds_again_for_another_linuxcnc(tmp_path):
     """The stamp is compared at each make, whatever the dates of the files are."""
     program = "from chipwise.host.fit import Stamp; print(Stamp('1', '2', '3').text())"
-    printed = subprocess.run([sys.executable, "-c", program], cwd=ROOT / "remap", text=True, check=True, capture_output=True).stdout
+    printed = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT / "remap", text=True, check=True, capture_output=True
+    ).stdout
     assert printed == "chipwise-stamp 1 2 3\n"
-    asked = subprocess.run(["make", "-n", "build/modules/tracer.so"], cwd=ROOT, text=True, check=True, stdout=subprocess.PIPE,
-                           env={"PATH": "/usr/bin:/bin", "LINUXCNCVERSION": "2.9.99"}).stdout
+    asked = subprocess.run(
+        ["make", "-n", "build/modules/tracer.so"],
+        cwd=ROOT,
+        text=True,
+        check=True,
+        stdout=subprocess.PIPE,
+        env={"PATH": "/usr/bin:/bin", "LINUXCNCVERSION": "2.9.99"},
+    ).stdout
     assert "build_stamp" in asked and "halcompile --compile" in asked

@@ -13,7 +13,7 @@ from support.scripts import load_script
 SOURCES = sorted((ROOT / "components").glob("*.comp"))
 NEW = {"float": "real", "bit": "bool", "s32": "si32", "u32": "ui32"}
 
-SMALL = '''component small "One";
+SMALL = """component small "One";
 pin in real a = 1.5 "in";
 pin out bool b "out";
 pin io ui32 c_#[3] "three";
@@ -25,8 +25,8 @@ license "GPL";
 EXTRA_SETUP() { return 0; }
 POST_EXPORT() { d_set(7); return 0; }
 FUNCTION(_) { b_set(a > 1.0); c_set(2, d); }
-'''
-OLD = '''component small "One";
+"""
+OLD = """component small "One";
 pin in float a = 1.5 "in";
 pin out bit b "out";
 pin io u32 c_#[3] "three";
@@ -38,7 +38,7 @@ license "GPL";
 #define b_set(v) (b = (v))
 #define c_set(i, v) (c(i) = (v))
 #define d_set(v) (d = (v))
-'''
+"""
 
 
 @pytest.fixture(scope="module")
@@ -49,11 +49,13 @@ def tool():
 @pytest.fixture
 def halcompile(tmp_path, monkeypatch):
     """A halcompile on the PATH with an exit status that the test chooses."""
+
     def make(status):
         program = tmp_path / "halcompile"
         program.write_text(f"#!/bin/sh\nexit {status}\n")
         program.chmod(0o755)
         monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
+
     return make
 
 
@@ -66,7 +68,11 @@ def test_old_spelling(tool):
     text = tool.old_spelling(SMALL, "small.comp")
     assert text.startswith(OLD)
     rest = text.removeprefix(OLD)
-    assert rest.index("#define POST_EXPORT()") < rest.index('#line 10 "small.comp"\nEXTRA_SETUP() {') < rest.index("static int extra_setup(")
+    assert (
+        rest.index("#define POST_EXPORT()")
+        < rest.index('#line 10 "small.comp"\nEXTRA_SETUP() {')
+        < rest.index("static int extra_setup(")
+    )
     assert "extra_setup" not in tool.old_spelling(SMALL.replace("POST_EXPORT() {", "other() {"), "small.comp")
 
 
@@ -78,7 +84,9 @@ def test_every_component(tool, path):
     head, body = old.split("\n;;\n", 1)
     back = re.sub(r"^((?:pin|param) \w+ )(\w+)", lambda found: found[1] + NEW[found[2]], head, flags=re.MULTILINE)
     assert back.replace(" nofp;", " /* nofp */;") == source.split("\n;;\n")[0]
-    used, macros = (set(re.findall(pattern, body)) for pattern in (r"(?<!#define )\b(\w+_set)\(", r"#define (\w+_set)\("))
+    used, macros = (
+        set(re.findall(pattern, body)) for pattern in (r"(?<!#define )\b(\w+_set)\(", r"#define (\w+_set)\(")
+    )
     assert used and used <= macros
 
 
@@ -95,5 +103,7 @@ def test_one_that_refuses_them_gets_the_old_ones(halcompile, tool, tmp_path):
 def test_the_installed_one_reads_what_it_gets(tmp_path):
     path = ROOT / "components/stock_tracker.comp"
     written(path, tmp_path / "stock_tracker.comp")
-    subprocess.run(["halcompile", "--preprocess", tmp_path / "stock_tracker.comp"], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(
+        ["halcompile", "--preprocess", tmp_path / "stock_tracker.comp"], check=True, stdout=subprocess.DEVNULL
+    )
     assert "static int extra_setup(" in (tmp_path / "stock_tracker.c").read_text()

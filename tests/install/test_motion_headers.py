@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""tools/motion_headers: a LinuxCNC that does not install the headers of its motion needs its source, of the same version."""
+"""tools/motion_headers: a LinuxCNC that does not install the headers of its motion needs its source, of the same
+version."""
 
 import os
 import subprocess
@@ -31,14 +32,28 @@ def test_installed_headers_need_nothing(headers, tmp_path):
     for name in headers.NEEDED:
         (tmp_path / os.path.basename(name)).write_text("")
     assert headers.options("", tmp_path, lambda: "2.9.4") == [f'-I"{tmp_path}"']
-    assert headers.options("") == []        # Debian's, which are on the include path
+    assert headers.options("") == []  # Debian's, which are on the include path
 
 
-@pytest.mark.parametrize("text, folder", [
-    ("EMC2_HOME=/usr\nRUN_IN_PLACE=no\nifeq ($(RUN_IN_PLACE),yes)\nelse\nprefix := /usr\nEXTRA_CFLAGS := -D__MODULE__ -I${prefix}/include/linuxcnc\nendif\n",
-     "/usr/include/linuxcnc"),
-    ("prefix := /opt/cnc\nEXTRA_CFLAGS := -D__MODULE__ -I$(prefix)/include/linuxcnc\n", "/opt/cnc/include/linuxcnc"),
-    ("EMC2_HOME=/home/u/linuxcnc\nRUN_IN_PLACE=yes\nprefix := /usr\nEXTRA_CFLAGS := -I${prefix}/include/linuxcnc\n", "/home/u/linuxcnc/include")])
+@pytest.mark.parametrize(
+    "text, folder",
+    [
+        (
+            "EMC2_HOME=/usr\nRUN_IN_PLACE=no\nifeq ($(RUN_IN_PLACE),yes)\nelse\nprefix := /usr\n"
+            "EXTRA_CFLAGS := -D__MODULE__ -I${prefix}/include/linuxcnc\nendif\n",
+            "/usr/include/linuxcnc",
+        ),
+        (
+            "prefix := /opt/cnc\nEXTRA_CFLAGS := -D__MODULE__ -I$(prefix)/include/linuxcnc\n",
+            "/opt/cnc/include/linuxcnc",
+        ),
+        (
+            "EMC2_HOME=/home/u/linuxcnc\nRUN_IN_PLACE=yes\nprefix := /usr\n"
+            "EXTRA_CFLAGS := -I${prefix}/include/linuxcnc\n",
+            "/home/u/linuxcnc/include",
+        ),
+    ],
+)
 def test_the_headers_are_those_of_halcompile(headers, tmp_path, text, folder):
     """Another LinuxCNC on the PATH beside Debian's package."""
     (tmp_path / "Makefile.modinc").write_text(text)
@@ -51,8 +66,13 @@ def on_path(tmp_path, modinc):
     own.mkdir()
     (own / "halcompile").write_text(f"#!/bin/sh\n{modinc}\n")
     (own / "halcompile").chmod(0o755)
-    return subprocess.run([ROOT / "tools/motion_headers", ""], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                          env=dict(os.environ, PATH=f"{own}:{os.environ['PATH']}"))
+    return subprocess.run(
+        [ROOT / "tools/motion_headers", ""],
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=dict(os.environ, PATH=f"{own}:{os.environ['PATH']}"),
+    )
 
 
 def test_debians_headers_do_not_stand_in_for_another_linuxcnc(tmp_path):
@@ -68,8 +88,14 @@ def test_no_makefile(tmp_path):
 
 def test_a_compiler_error_is_a_sentence(headers, source):
     (source / "src" / headers.NEEDED[0]).write_text("#include <no_such_header.h>\n")
-    with pytest.raises(ValueError, match=r"do not compile with this LinuxCNC \(2\.10\.0\): no_such_header\.h: No such file or directory; they have"):
-        headers.check_compiled(headers.options(str(source), headers.INSTALLED, lambda: "2.10.0"), headers.INSTALLED, lambda: "2.10.0")
+    with pytest.raises(
+        ValueError,
+        match=r"do not compile with this LinuxCNC \(2\.10\.0\): no_such_header\.h: No such file or directory; they "
+        r"have",
+    ):
+        headers.check_compiled(
+            headers.options(str(source), headers.INSTALLED, lambda: "2.10.0"), headers.INSTALLED, lambda: "2.10.0"
+        )
 
 
 def test_without_them_the_source_is_asked_for(headers, tmp_path):
@@ -94,15 +120,23 @@ def test_the_compiler_reads_them(headers, source, tmp_path):
 
 
 def test_make_stops_with_the_reason(tmp_path):
-    done = subprocess.run([ROOT / "tools/motion_headers", str(tmp_path)], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    assert done.returncode == 1 and done.stdout == "" and done.stderr.startswith(f"chipwise: LINUXCNC_SOURCE={tmp_path} has no VERSION")
+    done = subprocess.run(
+        [ROOT / "tools/motion_headers", str(tmp_path)], text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
+    assert (
+        done.returncode == 1
+        and done.stdout == ""
+        and done.stderr.startswith(f"chipwise: LINUXCNC_SOURCE={tmp_path} has no VERSION")
+    )
 
 
 def test_how_the_planner_brakes(headers, source, tmp_path):
     """A planner that halves its acceleration only while two segments overlap says so in tc.h."""
     header = source / "src/emc/tp/tc.h"
-    for text, option in [("double tcGetTangentialMaxAccel(TC_STRUCT const * const tc);\n", False),
-                         ("double tcGetCycleMaxAccel(TC_STRUCT const * const tc, int in_overlap);\n", True)]:
+    for text, option in [
+        ("double tcGetTangentialMaxAccel(TC_STRUCT const * const tc);\n", False),
+        ("double tcGetCycleMaxAccel(TC_STRUCT const * const tc, int in_overlap);\n", True),
+    ]:
         header.write_text(text)
         assert ("-DCHIP_HALF_IN_OVERLAP=1" in headers.options(str(source), tmp_path, lambda: "2.10.0")) is option
         for name in headers.NEEDED:

@@ -19,7 +19,12 @@ def tool(monkeypatch):
 def source(tmp_path):
     """A folder that looks like LinuxCNC's source; its name has a space."""
     root = tmp_path / "linux cnc"
-    for name, text in (("VERSION", "2.10.0\n"), ("src/configure.ac", ""), ("src/emc/motion/motion.h", "int a;\n"), ("docs/a.txt", "a")):
+    for name, text in (
+        ("VERSION", "2.10.0\n"),
+        ("src/configure.ac", ""),
+        ("src/emc/motion/motion.h", "int a;\n"),
+        ("docs/a.txt", "a"),
+    ):
         (root / name).parent.mkdir(parents=True, exist_ok=True)
         (root / name).write_text(text)
     return root
@@ -34,7 +39,10 @@ def test_a_source_has_a_version(tool, source):
 
 def test_another_folder_is_refused(tmp_path):
     done = subprocess.run([ROOT / "tools/on-linuxcnc", tmp_path, "true"], text=True, capture_output=True)
-    assert done.returncode == 1 and done.stderr == f"chipwise: {tmp_path} has no VERSION; give the folder of LinuxCNC's source\n"
+    assert (
+        done.returncode == 1
+        and done.stderr == f"chipwise: {tmp_path} has no VERSION; give the folder of LinuxCNC's source\n"
+    )
 
 
 def test_what_is_compiled_counts(tool, source):
@@ -51,7 +59,7 @@ def test_a_build_counts_where_it_was_made(tool, source):
     (source / "rtlib/motmod.so").write_text("")
     inc = source / "src/Makefile.inc"
     inc.write_text(f"EMC2_HOME={source}\nRUN_IN_PLACE = yes\n".replace(" cnc", "cnc"))
-    assert not tool.is_built(source)            # another folder
+    assert not tool.is_built(source)  # another folder
     plain = source.rename(source.parent / "linuxcnc")
     (plain / "src/Makefile.inc").write_text(f"EMC2_HOME={plain}\nRUN_IN_PLACE = yes\n")
     assert tool.is_built(plain)
@@ -63,7 +71,8 @@ def test_a_build_counts_where_it_was_made(tool, source):
 
 
 def test_the_copy_is_what_git_knows(tool, tmp_path):
-    """What is the same keeps its time, so that make does not build it again; what is gone is taken away; build/ is its own."""
+    """What is the same keeps its time, so that make does not build it again; what is gone is taken away; build/ is its
+    own."""
     tool.copied_chipwise(tmp_path)
     makefile = tmp_path / "Makefile"
     at = makefile.stat().st_mtime_ns
@@ -74,7 +83,9 @@ def test_the_copy_is_what_git_knows(tool, tmp_path):
     (tmp_path / "build/kept").write_text("")
     tool.copied_chipwise(tmp_path)
     assert makefile.stat().st_mtime_ns == at and (tmp_path / "build/kept").exists()
-    assert (tmp_path / "VERSION").read_text() == (ROOT / "VERSION").read_text() and not (tmp_path / "components/old.comp").exists()
+    assert (tmp_path / "VERSION").read_text() == (ROOT / "VERSION").read_text() and not (
+        tmp_path / "components/old.comp"
+    ).exists()
 
 
 def test_a_failure_is_one_sentence(tool, tmp_path):

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What a user has changed survives make install and make uninstall, and is named."""
+
 import hashlib
 import os
 import subprocess
@@ -8,14 +9,34 @@ import pytest
 from support import ROOT
 
 SHARE = "usr/local/share/chipwise/"
-INI, TOOLS, HAL, SCREEN = SHARE + "configs/mill.ini", SHARE + "configs/tools.toml", SHARE + "hal/sim.hal", SHARE + "configs/panel.xml"
+INI, TOOLS, HAL, SCREEN = (
+    SHARE + "configs/mill.ini",
+    SHARE + "configs/tools.toml",
+    SHARE + "hal/sim.hal",
+    SHARE + "configs/panel.xml",
+)
 MINE = "# of the user\n"
 
 
 def run(action, destdir, *options):
     """-> what install.py said."""
-    return subprocess.run(["/usr/bin/python3", ROOT / "tools/install.py", action, "--destdir", destdir, "--prefix", "/usr/local", *options],
-                          check=True, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT).stdout
+    return subprocess.run(
+        [
+            "/usr/bin/python3",
+            ROOT / "tools/install.py",
+            action,
+            "--destdir",
+            destdir,
+            "--prefix",
+            "/usr/local",
+            *options,
+        ],
+        check=True,
+        text=True,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    ).stdout
 
 
 def files(folder):
@@ -36,7 +57,9 @@ def earlier(destdir, name, text, with_hash=True):
     old, new = hashlib.sha256(path.read_bytes()).hexdigest(), hashlib.sha256(text.encode()).hexdigest()
     path.write_text(text)
     lines = manifest.read_text().replace(old, new)
-    manifest.write_text(lines if with_hash else "".join(line for line in lines.splitlines(True) if not line.startswith("h ")))
+    manifest.write_text(
+        lines if with_hash else "".join(line for line in lines.splitlines(True) if not line.startswith("h "))
+    )
 
 
 @pytest.fixture
@@ -48,9 +71,9 @@ def destdir(tmp_path):
 def test_a_changed_setting_stays_and_the_new_one_is_beside_it(destdir):
     offered = (destdir / INI).read_text()
     earlier(destdir, INI, "# of the version before\n")
-    earlier(destdir, SCREEN, "<!-- of the version before -->\n")        # the user has not touched it
+    earlier(destdir, SCREEN, "<!-- of the version before -->\n")  # the user has not touched it
     (destdir / INI).write_text(MINE)
-    (destdir / TOOLS).write_text(MINE)                                  # the version before had the same
+    (destdir / TOOLS).write_text(MINE)  # the version before had the same
     said = run("install", destdir)
     assert (destdir / INI).read_text() == MINE and (destdir / (INI + ".new")).read_text() == offered
     assert f"{destdir}/{INI} stays as you have changed it; the one of this version is {destdir}/{INI}.new" in said

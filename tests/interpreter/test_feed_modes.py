@@ -8,9 +8,12 @@ import pytest
 from support.canon import run_preview, run_rs274, write_ini
 
 MOVES = [(2.0 * (n % 2), 0.5 * n, 60 + n) for n in range(60)]
-INVERSE = "\n".join(["G21 G90 G17 G61", "S600 M3", "G0 X0 Y-1 Z5", "G93"] + [f"G1 X{x} Y{y} F{f}" for x, y, f in MOVES]
-                    + ["G94 F600", "G1 X10", "G95 F0.5", "G1 X20", "M2", ""])
-FIRST = 5       # line of the first of MOVES
+INVERSE = "\n".join(
+    ["G21 G90 G17 G61", "S600 M3", "G0 X0 Y-1 Z5", "G93"]
+    + [f"G1 X{x} Y{y} F{f}" for x, y, f in MOVES]
+    + ["G94 F600", "G1 X10", "G95 F0.5", "G1 X20", "M2", ""]
+)
+FIRST = 5  # line of the first of MOVES
 
 
 def without_f(tmp_path):
@@ -50,15 +53,18 @@ def test_no_ceiling_without_f_remapped(tmp_path):
     for line in ("M251 Q6 P2 E3000", "M251 Q6 P3 R3 E3000"):
         mode = line[8:10]
         assert run_preview("G21\n" + box + line + "\nM2\n", tools=tool, ini=ini).error == (
-            f"chipwise: M251: mode {mode} with a ceiling E replaces F, and F is not remapped; add REMAP = F argspec=N python=feed "
-            "to [RS274NGC] (not for programs with G93), or use P1"), line
+            f"chipwise: M251: mode {mode} with a ceiling E replaces F, and F is not remapped; add REMAP = F argspec=N "
+            f"python=feed "
+            "to [RS274NGC] (not for programs with G93), or use P1"
+        ), line
         assert run_preview("G21\n" + box + line + "\nM2\n", tools=tool).error == ""
     for line in ("M251 Q6", "M251 Q6 P3 R3"):
         assert run_preview("G21\n" + box + line + "\nM2\n", tools=tool, ini=ini).error == ""
 
 
 def test_no_volumetric_feed_under_a_jerk_limit(tmp_path):
-    """LinuxCNC 2.10's planner leaves the path when the feed changes in a blend (docs/design/feed_law.md); M252 and the cycles stay."""
+    """LinuxCNC 2.10's planner leaves the path when the feed changes in a blend (docs/design/feed_law.md); M252 and the
+    cycles stay."""
     ini = write_ini(tmp_path)
     machine = ini.read_text()
     assert machine.count("[TRAJ]\n") == 1
@@ -67,5 +73,9 @@ def test_no_volumetric_feed_under_a_jerk_limit(tmp_path):
         ini.write_text(machine.replace("[TRAJ]\n", f"[TRAJ]\nPLANNER_TYPE = {kind}\n"))
         for line in ("M251 Q6", "M251 Q6 P2 E3000"):
             found = run_preview(box + line + "\nM2\n", tools=tool, ini=ini).error
-            assert found.startswith("chipwise: M251: LinuxCNC's planner of [TRAJ]PLANNER_TYPE = 1 leaves the path") == refused and bool(found) == refused, found
+            assert (
+                found.startswith("chipwise: M251: LinuxCNC's planner of [TRAJ]PLANNER_TYPE = 1 leaves the path")
+                == refused
+                and bool(found) == refused
+            ), found
         assert run_preview(box + "M252\nM2\n", tools=tool, ini=ini).error == ""

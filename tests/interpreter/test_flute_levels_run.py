@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """J left out, through LinuxCNC's interpreter: levels from the flute length and the stock of the program's own M250."""
+
 import re
 
 import pytest
@@ -9,8 +10,12 @@ from support.goldens import compare_golden, motion_text
 
 STOCK = "M250 P-40 Q-40 R-20 I80 J80 K20\n"
 SUB = "o100 sub\nG0 X-15 Y-15\nG1 X15\nG1 Y15\nG1 X-15\nG1 Y-15\no100 endsub\n"
-CYCLES = {"G13": "G13 X0 Y0 I10 Z-6 R12 F600", "G79": "G79 Q100 Z-6 R12 F600", "G77": "G77 Q100 P41 Z-6 R12 F600",
-          "G78": "G78 Q100 P41 Z-6 R12 F600"}
+CYCLES = {
+    "G13": "G13 X0 Y0 I10 Z-6 R12 F600",
+    "G79": "G79 Q100 Z-6 R12 F600",
+    "G77": "G77 Q100 P41 Z-6 R12 F600",
+    "G78": "G78 Q100 P41 Z-6 R12 F600",
+}
 FROM_R = {-6, 0, 6}
 LOW = CYCLES["G13"].replace("R12", "R1")
 
@@ -41,7 +46,7 @@ def test_the_stock_of_the_program_counts(code, tools):
     line = CYCLES[code]
     assert of(line, "", tools) == FROM_R
     assert of(line, STOCK, tools) == {-6}
-    assert of(line + " J6", STOCK, tools) == FROM_R                     # J wins
+    assert of(line + " J6", STOCK, tools) == FROM_R  # J wins
 
 
 def test_golden(tools):
@@ -51,9 +56,16 @@ def test_golden(tools):
 
 
 @pytest.mark.parametrize("machine", ["mm", "in"])
-@pytest.mark.parametrize("before", [
-    STOCK, "(WORKPIECE,CYLINDER,AXIS=Z,X=0,Y=0,ZMIN=-20,ZMAX=0,DIAMETER=80)\nM250\n", "G92 Z25\n" + STOCK.replace("R-20", "R-15") + "G92.1\n",
-    "G10 L2 P2 X5 Z7 R30\n" + STOCK + "G55\nG54\n", "G20\nM250 P-1 Q-1 R-1 I2 J2 K1\nG21\n"])
+@pytest.mark.parametrize(
+    "before",
+    [
+        STOCK,
+        "(WORKPIECE,CYLINDER,AXIS=Z,X=0,Y=0,ZMIN=-20,ZMAX=0,DIAMETER=80)\nM250\n",
+        "G92 Z25\n" + STOCK.replace("R-20", "R-15") + "G92.1\n",
+        "G10 L2 P2 X5 Z7 R30\n" + STOCK + "G55\nG54\n",
+        "G20\nM250 P-1 Q-1 R-1 I2 J2 K1\nG21\n",
+    ],
+)
 def test_units_offsets_and_comments(before, machine, tools):
     """The top of the stock is Z0 of G54, however it is said."""
     assert of(CYCLES["G13"], before, tools, machine=machine) == {-6}
@@ -62,11 +74,13 @@ def test_units_offsets_and_comments(before, machine, tools):
 def test_offset_of_the_cycle(tools):
     """The same stock in a system that lies 7 mm higher: its top is at Z-7 there, so 8 mm of flutes reach Z-15."""
     line = CYCLES["G13"]
-    assert of(line.replace("Z-6", "Z-15"), STOCK + "G10 L2 P2 Z7\nG55\n", tools) == {-8}           # machine coordinates
+    assert of(line.replace("Z-6", "Z-15"), STOCK + "G10 L2 P2 Z7\nG55\n", tools) == {-8}  # machine coordinates
     assert of(line.replace("Z-6", "Z-15.5"), STOCK + "G10 L2 P2 Z7\nG55\n", tools) == {-8.5, -4.25}
 
 
-@pytest.mark.parametrize("before", [STOCK + "M254 P1\n", STOCK.replace("K20", "K40"), "#<_chipwise_allowance> = 20\n" + STOCK])
+@pytest.mark.parametrize(
+    "before", [STOCK + "M254 P1\n", STOCK.replace("K20", "K40"), "#<_chipwise_allowance> = 20\n" + STOCK]
+)
 def test_another_stock(before, tools):
     """One from a file, and one that is higher than R."""
     assert of(CYCLES["G13"], before, tools) == FROM_R

@@ -33,6 +33,7 @@ def test_base_keeps_every_promise(base):
 
 def test_base_is_what_the_pure_cycle_says(base):
     from chipwise.cycles.hole import hole_plan
+
     same_path(base, oracle.walk(hole_plan(REQUEST).moves, REQUEST.start), 2e-6)
 
 
@@ -76,13 +77,20 @@ def test_centre_and_plane_default_to_the_current_position(base):
     judge(REQUEST, trace.between("begin", "end")[1:])
 
 
-@pytest.mark.parametrize("before, angle, shift", [
-    ("G10 L2 P1 X30 Y40 Z-7", 0, (30, 40, -7)),
-    ("G10 L2 P2 X30 Y40 Z-7 R30\nG55", 30, (30, 40, -7)),
-    ("G10 L2 P1 R-117.3", -117.3, (0, 0, 0)),
-    ("G0 X0 Y0 Z0\nG92 X-5 Y6 Z1", 0, (5, -6, -1)),
-    ("G10 L2 P1 X1 Y2 R45\nG0 X0 Y0 Z0\nG92 X-5 Y0", 45, (1 + 5 * math.cos(math.pi / 4), 2 + 5 * math.sin(math.pi / 4), 0)),
-])
+@pytest.mark.parametrize(
+    "before, angle, shift",
+    [
+        ("G10 L2 P1 X30 Y40 Z-7", 0, (30, 40, -7)),
+        ("G10 L2 P2 X30 Y40 Z-7 R30\nG55", 30, (30, 40, -7)),
+        ("G10 L2 P1 R-117.3", -117.3, (0, 0, 0)),
+        ("G0 X0 Y0 Z0\nG92 X-5 Y6 Z1", 0, (5, -6, -1)),
+        (
+            "G10 L2 P1 X1 Y2 R45\nG0 X0 Y0 Z0\nG92 X-5 Y0",
+            45,
+            (1 + 5 * math.cos(math.pi / 4), 2 + 5 * math.sin(math.pi / 4), 0),
+        ),
+    ],
+)
 @pytest.mark.parametrize("unit", ["G21", "G20"])
 def test_offsets_rotation_g92(base, before, angle, shift, unit):
     trace = run_preview(program(f"G13 {MM if unit == 'G21' else INCH}", unit, before="G21\n" + before))
@@ -99,7 +107,7 @@ def test_line_numbers_are_the_codes_own():
     trace = run_preview(program(f"G13 {MM}"))
     number = program(f"G13 {MM}").splitlines().index(f"G13 {MM}") + 1
     places = {t: n for t, n, _ in trace.comments}
-    assert set(trace.lines[places["begin"]:places["end"]]) == {number}
+    assert set(trace.lines[places["begin"] : places["end"]]) == {number}
 
 
 def test_feeds():
@@ -113,16 +121,18 @@ def test_feeds():
 
 def test_inside_subs_and_loops(base):
     """A cycle in a sub, called in a loop, with expressions and local parameters."""
-    sub = ("o100 sub\n#<n> = 0\no101 while [#<n> LT #1]\nG13 X[#2 + #<n> * 30] Y-5 I[2 * 5] Z-6 R2 J3 E200\n"
-           "#<n> = [#<n> + 1]\no101 endwhile\no100 endsub\n")
+    sub = (
+        "o100 sub\n#<n> = 0\no101 while [#<n> LT #1]\nG13 X[#2 + #<n> * 30] Y-5 I[2 * 5] Z-6 R2 J3 E200\n"
+        "#<n> = [#<n> + 1]\no101 endwhile\no100 endsub\n"
+    )
     trace = run_preview(sub + program("o100 call [3] [10]", before="F600"))
     assert trace.error == ""
     found = trace.between("begin", "end")
     each = len(base) - 1  # the second and third start on the clearance plane: no rapid down
     assert len(found) == 1 + 3 * each
-    same_path(found[:len(base)], base, 1e-4)
+    same_path(found[: len(base)], base, 1e-4)
     for n in (1, 2):
-        judge(dataclasses.replace(REQUEST, x=10.0 + 30 * n), found[1 + n * each:1 + (n + 1) * each])
+        judge(dataclasses.replace(REQUEST, x=10.0 + 30 * n), found[1 + n * each : 1 + (n + 1) * each])
 
 
 def test_f_may_be_remapped(tmp_path):
@@ -134,7 +144,8 @@ def test_f_may_be_remapped(tmp_path):
         "    self.execute('M67 E1 Q%.6f' % value)\n"
         "    self.execute('F%.6f' % value)\n"
         "    return INTERP_OK\n"
-        "remap.ff = ff\n")
+        "remap.ff = ff\n"
+    )
     ini = write_ini(tmp_path)
     text = re.sub(r"(?m)^REMAP = F .*\n", "", ini.read_text())
     text = re.sub(r"TOPLEVEL = .*", f"TOPLEVEL = {tmp_path}/toplevel_f.py", text)
@@ -149,17 +160,25 @@ def test_f_may_be_remapped(tmp_path):
     assert "SET_MOTION_OUTPUT_VALUE(1,600.000000)" in remapped.output
 
 
-@pytest.mark.parametrize("modes", [
-    "G90 G91.1 G21 G64 P0.01 G94 G98 G0 X1", "G91 G91.1 G21 G61 G94 G99 G1 X1 F100", "G90 G90.1 G20 G61.1 G94 G98 G80",
-    "G91 G90.1 G20 G64 G94 G98 G1 X1 F100", "S500 M3 G90 G91.1 G21 G64 G95 G98 G1 X1 F1",
-])
+@pytest.mark.parametrize(
+    "modes",
+    [
+        "G90 G91.1 G21 G64 P0.01 G94 G98 G0 X1",
+        "G91 G91.1 G21 G61 G94 G99 G1 X1 F100",
+        "G90 G90.1 G20 G61.1 G94 G98 G80",
+        "G91 G90.1 G20 G64 G94 G98 G1 X1 F100",
+        "S500 M3 G90 G91.1 G21 G64 G95 G98 G1 X1 F1",
+    ],
+)
 def test_modal_state_afterwards(modes):
     line = "G13 I10 Z-6 R2 F77 Q1 K11" if "G90" in modes else "G13 I10 Z-8 R0 F77 Q1 K11"
     if "G20" in modes:
         line = "G13 I.4 Z-.2 R0 F3 Q.01 K.5"
     # After a line whose F is remapped, the codes that preview and task show lag one line: hence (settle)
-    trace = run_preview(f"T1 M6\n{modes.replace(' G80', '') if 'G80' in modes else modes}\n"
-                        f"{'G80' if 'G80' in modes else ''}\nF{'3' if 'G20' in modes else '77'}\n(settle)\n(begin)\n{line}\n(end)\nM2\n")
+    trace = run_preview(
+        f"T1 M6\n{modes.replace(' G80', '') if 'G80' in modes else modes}\n"
+        f"{'G80' if 'G80' in modes else ''}\nF{'3' if 'G20' in modes else '77'}\n(settle)\n(begin)\n{line}\n(end)\nM2\n"
+    )
     assert trace.error == ""
     assert trace.modes("end") == trace.modes("begin")
     assert len(trace.between("begin", "end")) > 10
@@ -200,15 +219,15 @@ def chop_lines(elements):
 def test_chop_size_from_ini_parameter_and_h0():
     line = "G13 X10 Y-5 I10 Z-6 R2 F600"
     plain = f"T1 M6\nG21 G0 X0 Y0 Z20\n{line}\nM2\n"
-    assert chop_lines(run_preview(plain).elements) == 0                                   # default 0: never
-    assert chop_lines(run_preview(plain, CHOP_SIZE=8).elements) == 4                      # INI, mm
-    assert chop_lines(run_preview(plain, machine="in", CHOP_SIZE=8).elements) == 4        # mm on an inch machine too
+    assert chop_lines(run_preview(plain).elements) == 0  # default 0: never
+    assert chop_lines(run_preview(plain, CHOP_SIZE=8).elements) == 4  # INI, mm
+    assert chop_lines(run_preview(plain, machine="in", CHOP_SIZE=8).elements) == 4  # mm on an inch machine too
     assert chop_lines(run_preview(plain.replace("F600", "F600 H0"), CHOP_SIZE=8).elements) == 0
     zero = plain.replace("G13", "#<_chipwise_chop_size> = 0\nG13")
-    assert chop_lines(run_preview(zero, CHOP_SIZE=8).elements) == 0                       # the parameter wins
+    assert chop_lines(run_preview(zero, CHOP_SIZE=8).elements) == 0  # the parameter wins
     five = plain.replace("G13", "#<_chipwise_chop_size> = 5\nG13")
     assert chop_lines(run_preview(five, CHOP_SIZE=8).elements) == 8
-    assert chop_lines(run_preview(five.replace("= 5", "= 20")).elements) == 2             # d = H is chopped
+    assert chop_lines(run_preview(five.replace("= 5", "= 20")).elements) == 2  # d = H is chopped
     assert chop_lines(run_preview(five.replace("= 5", "= 20.001")).elements) == 0
 
 
@@ -232,13 +251,30 @@ def test_random_holes_through_the_interpreter(machine, unit):
     cases, lines = [], []
     for number in range(max(1, random_count(500) // 20)):
         radius = rng.uniform(1.1, 12)
-        r = request(x=round(rng.uniform(-40, 40), 3), y=round(rng.uniform(-40, 40), 3), radius=round(radius, 4),
-                    chop_size=round(rng.uniform(0.3, 1.1) * 2 * radius, 3), ccw=rng.random() < 0.5, depth_step=rng.choice([3, 9]))
+        r = request(
+            x=round(rng.uniform(-40, 40), 3),
+            y=round(rng.uniform(-40, 40), 3),
+            radius=round(radius, 4),
+            chop_size=round(rng.uniform(0.3, 1.1) * 2 * radius, 3),
+            ccw=rng.random() < 0.5,
+            depth_step=rng.choice([3, 9]),
+        )
         cases.append(r)
-        words = "".join(f" {w}{v * scale:.9f}" for w, v in
-                        (("X", r.x), ("Y", r.y), ("I", r.radius), ("Z", r.bottom), ("R", r.clearance), ("J", r.depth_step)))
+        words = "".join(
+            f" {w}{v * scale:.9f}"
+            for w, v in (
+                ("X", r.x),
+                ("Y", r.y),
+                ("I", r.radius),
+                ("Z", r.bottom),
+                ("R", r.clearance),
+                ("J", r.depth_step),
+            )
+        )
         lines.append(f"#<_chipwise_chop_size> = {r.chop_size * scale:.9f}\n(h{number})\nG1{3 if r.ccw else 2}{words}")
-    trace = run_preview("T1 M6\n" + START[unit] + "F30\n" + "\n".join(lines) + f"\n(h{len(cases)})\nM2\n", machine=machine)
+    trace = run_preview(
+        "T1 M6\n" + START[unit] + "F30\n" + "\n".join(lines) + f"\n(h{len(cases)})\nM2\n", machine=machine
+    )
     assert trace.error == ""
     for number, r in enumerate(cases):
         # six decimals of an inch are 2.5e-5 mm: well inside the 0.001 mm of the promise
@@ -280,9 +316,11 @@ def test_golden_can_fail(monkeypatch):
 
 
 def test_same_path_can_fail(base):
-    for change in (lambda e: dataclasses.replace(e, b=(e.b[0] + 0.002,) + e.b[1:]),
-                   lambda e: dataclasses.replace(e, ccw=not e.ccw) if e.kind == "arc" else e,
-                   lambda e: dataclasses.replace(e, centre=(e.centre[0] + 0.002, e.centre[1])) if e.kind == "arc" else e):
+    for change in (
+        lambda e: dataclasses.replace(e, b=(e.b[0] + 0.002,) + e.b[1:]),
+        lambda e: dataclasses.replace(e, ccw=not e.ccw) if e.kind == "arc" else e,
+        lambda e: dataclasses.replace(e, centre=(e.centre[0] + 0.002, e.centre[1])) if e.kind == "arc" else e,
+    ):
         with pytest.raises(AssertionError):
             same_path([change(e) for e in base], base, 1e-3)
     with pytest.raises(AssertionError):
@@ -290,9 +328,11 @@ def test_same_path_can_fail(base):
 
 
 def test_parser_reads_units_offsets_and_errors():
-    text = ("    1 N..... USE_LENGTH_UNITS(CANON_UNITS_INCHES)\n    2 N..... SET_XY_ROTATION(90.0000)\n"
-            "    3 N..... SET_G5X_OFFSET(1, 1.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)\n"
-            "    4 N..... STRAIGHT_FEED(1.0000, 0.0000, 2.0000, 0.0000, 0.0000, 0.0000)\n")
+    text = (
+        "    1 N..... USE_LENGTH_UNITS(CANON_UNITS_INCHES)\n    2 N..... SET_XY_ROTATION(90.0000)\n"
+        "    3 N..... SET_G5X_OFFSET(1, 1.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)\n"
+        "    4 N..... STRAIGHT_FEED(1.0000, 0.0000, 2.0000, 0.0000, 0.0000, 0.0000)\n"
+    )
     (element,) = parse_rs274(text).elements
     assert element.b == pytest.approx((25.4, 25.4, 50.8))
     assert isinstance(parse_rs274(""), Trace)

@@ -15,18 +15,41 @@ REFUSED = [
     ("", "G13 I10 Z-6 R2", "no feed is set; give F on this line or before"),
     ("", "G13 I0 Z-6 R2 F100", "radius I0 mm is not above 0; use the radius of the hole"),
     ("", "G13 I-4 Z-6 R2 F100", "radius I-4 mm is not above 0; use the radius of the hole"),
-    ("", "G13 I1 Z-6 R2 F100", "radius I1 mm is not larger than the tool radius 1 mm; use I above 1 mm or a smaller tool"),
+    (
+        "",
+        "G13 I1 Z-6 R2 F100",
+        "radius I1 mm is not larger than the tool radius 1 mm; use I above 1 mm or a smaller tool",
+    ),
     ("", "G13 I10 Z6 R2 F100", "final depth Z6 mm is not below the clearance plane R2 mm; use Z below R or R above Z"),
-    ("G91", "G13 I10 Z1 R-2 F100", "final depth Z19 mm is not below the clearance plane R18 mm; use Z below R or R above Z"),
-    ("#<_chipwise_chop_size> = -3", "G13 I10 Z-6 R2 F100",
-     "chop size -3 mm is negative; set #<_chipwise_chop_size> to 0 (never chop) or more"),
+    (
+        "G91",
+        "G13 I10 Z1 R-2 F100",
+        "final depth Z19 mm is not below the clearance plane R18 mm; use Z below R or R above Z",
+    ),
+    (
+        "#<_chipwise_chop_size> = -3",
+        "G13 I10 Z-6 R2 F100",
+        "chop size -3 mm is negative; set #<_chipwise_chop_size> to 0 (never chop) or more",
+    ),
     ("", "G13 I10 Z-6 R2 F100 H1", "word H1 is not H0; H0 means do not chop; the chop size is #<_chipwise_chop_size>"),
     ("", "G13 I10 Z-6 R2 F100 J-1", "depth per pass J-1 mm is not above 0; use J above 0"),
     ("", "G13 I10 Z-6 R2 F100 E0", "plunge feed E0 mm/min is not above 0; use E above 0, or leave it out for F/2"),
-    ("S500 M3\nG95", "G13 I10 Z-6 R2 F1 E-.5", "plunge feed E-0.5 mm/rev is not above 0; use E above 0, or leave it out for F/2"),
-    ("", "G13 I10 Z-6 R2 F100 K5 Q1", "finished radius K5 mm is smaller than the first radius I10 mm; use K of 10 mm or more"),
+    (
+        "S500 M3\nG95",
+        "G13 I10 Z-6 R2 F1 E-.5",
+        "plunge feed E-0.5 mm/rev is not above 0; use E above 0, or leave it out for F/2",
+    ),
+    (
+        "",
+        "G13 I10 Z-6 R2 F100 K5 Q1",
+        "finished radius K5 mm is smaller than the first radius I10 mm; use K of 10 mm or more",
+    ),
     ("", "G13 I5 Z-6 R2 F100 K9", "finished radius K9 mm without a radial step Q; add Q of at most 2 mm"),
-    ("", "G13 I5 Z-6 R2 F100 K9 Q3", "radial step Q3 mm is larger than the tool (2 mm) and would leave rings; use Q up to 2 mm"),
+    (
+        "",
+        "G13 I5 Z-6 R2 F100 K9 Q3",
+        "radial step Q3 mm is larger than the tool (2 mm) and would leave rings; use Q up to 2 mm",
+    ),
     ("", "G13 I5 Z-6 R2 F100 Q1", "step Q1 mm without a finished radius K; add K, or leave Q out"),
     ("", "G13 I10 Z-6 R2 F100 D3", "word D is not used here; words are X Y Z R I J K Q E H F"),
     ("", "G13 I10 Z-6 R2 F100 L2", "word L is not used here; words are X Y Z R I J K Q E H F"),
@@ -39,7 +62,11 @@ REFUSED = [
     ("G7", "G13 I10 Z-6 R2 F100", "lathe diameter mode (G7) is on; program G8 before"),
     ("", "G53 G13 I10 Z-6 R2 F100", None),
     ("T0 M6", "G13 I10 Z-6 R2 F100", "no tool is in the spindle; load one with T.. M6"),
-    ("T2 M6", "G13 I10 Z-6 R2 F100", "tool 2 has a diameter of 0 mm, which is not above 0; give it a D in the tool table"),
+    (
+        "T2 M6",
+        "G13 I10 Z-6 R2 F100",
+        "tool 2 has a diameter of 0 mm, which is not above 0; give it a D in the tool table",
+    ),
 ]
 
 
@@ -64,23 +91,43 @@ def test_refused(code):
         assert "Traceback" not in trace.output
 
 
-@pytest.mark.parametrize("line, message", [
-    ("G13 I.02 Z-.2 R.1 F5", "radius I0.02 in is not larger than the tool radius 0.03937 in; use I above 0.03937 in or a smaller tool"),
-    ("G13 I.5 Z.2 R.1 F5", "final depth Z0.2 in is not below the clearance plane R0.1 in; use Z below R or R above Z"),
-])
+@pytest.mark.parametrize(
+    "line, message",
+    [
+        (
+            "G13 I.02 Z-.2 R.1 F5",
+            "radius I0.02 in is not larger than the tool radius 0.03937 in; use I above 0.03937 in or a smaller tool",
+        ),
+        (
+            "G13 I.5 Z.2 R.1 F5",
+            "final depth Z0.2 in is not below the clearance plane R0.1 in; use Z below R or R above Z",
+        ),
+    ],
+)
 def test_refused_in_inches(line, message):
     trace = run_rs274(f"T1 M6\nG20 G0 X0 Y0 Z1\n(begin)\n{line}\n(end)\nM2\n")
     assert trace.error == f"chipwise: G13: {message}"
     assert trace.after("begin") == []
 
 
-@pytest.mark.parametrize("settings, message", [
-    (dict(CHOP_SIZE="-1"), "[CHIPWISE]CHOP_SIZE = -1 is not 0 (never chop) or a length of 0.1 mm or more; correct the INI file"),
-    (dict(CHOP_SIZE="8 mm"), "[CHIPWISE]CHOP_SIZE = 8 mm is not 0 (never chop) or a length of 0.1 mm or more; correct the INI file"),
-    (dict(RAMP_ANGLE="0"), "[CHIPWISE]RAMP_ANGLE = 0 is not an angle from 0.1 to 90 degrees; correct the INI file"),
-    (dict(TOOL_GEOMETRY="/nonexistent/t.toml"),
-     "t.toml: cannot be read: No such file or directory; correct [CHIPWISE]TOOL_GEOMETRY"),
-])
+@pytest.mark.parametrize(
+    "settings, message",
+    [
+        (
+            dict(CHOP_SIZE="-1"),
+            "[CHIPWISE]CHOP_SIZE = -1 is not 0 (never chop) or a length of 0.1 mm or more; correct the INI file",
+        ),
+        (
+            dict(CHOP_SIZE="8 mm"),
+            "[CHIPWISE]CHOP_SIZE = 8 mm is not 0 (never chop) or a length of 0.1 mm or more; correct the INI file",
+        ),
+        (dict(RAMP_ANGLE="0"), "[CHIPWISE]RAMP_ANGLE = 0 is not an angle from 0.1 to 90 degrees; correct the INI file"),
+        (
+            dict(TOOL_GEOMETRY="/nonexistent/t.toml"),
+            "t.toml: cannot be read: No such file or directory; correct [CHIPWISE]TOOL_GEOMETRY",
+        ),
+    ],
+)
 def test_broken_settings(settings, message):
     trace = run_rs274(program("G13 I10 Z-6 R2 F100"), **settings)
     assert trace.error == f"chipwise: G13: {message}"

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""G75 through LinuxCNC's interpreter: a sub run as a pattern, against what the sub does by itself (tests/support/pattern_oracle.py)."""
+"""G75 through LinuxCNC's interpreter: a sub run as a pattern, against what the sub does by itself
+(tests/support/pattern_oracle.py)."""
 
 import json
 import math
@@ -14,7 +15,17 @@ from support.pattern_oracle import calls_to_moves, compare, moves_of, random_sub
 from support.random_cases import random_count, random_seed
 
 HEAD = "G90 G64 G94 G17 G40\nT1 M6\nS5000 M3\nF600\n"
-SUB = ["o100 sub", "G0 X10 Y2", "G0 Z2", "G1 Z-1 F100", "X20 F300", "G3 X20 Y12 I0 J5", "G1 X12 Y9 Z-2", "G0 Z5", "o100 endsub"]
+SUB = [
+    "o100 sub",
+    "G0 X10 Y2",
+    "G0 Z2",
+    "G1 Z-1 F100",
+    "X20 F300",
+    "G3 X20 Y12 I0 J5",
+    "G1 X12 Y9 Z-2",
+    "G0 Z5",
+    "o100 endsub",
+]
 
 
 def program(calls, sub=SUB, start="G0 X3 Y-4 Z7", unit="G21", before=""):
@@ -52,7 +63,7 @@ def test_random_subs(case, tmp_path):
     seed = random_seed() + case
     r = random.Random(f"g75 {seed}")
     words, mirror, degrees, shift = random_words(r)
-    sub = random_sub(seed, cycles=mirror in (0, 3))         # a cycle in a mirrored pattern plans the other hand
+    sub = random_sub(seed, cycles=mirror in (0, 3))  # a cycle in a mirrored pattern plans the other hand
     if not arcs_stay(sub, degrees):
         words, degrees = words.replace(f"R{degrees:g}", "R90"), 90.0
     start = (3.0, -4.0, 7.0 + shift[2])
@@ -60,7 +71,9 @@ def test_random_subs(case, tmp_path):
     (tmp_path / "replay.ngc").write_text(text)
     try:
         found = moves_of(text)[0]
-        compare(found, plain(sub, back(start, mirror, degrees, shift)), lambda p: transformed(p, mirror, degrees, shift))
+        compare(
+            found, plain(sub, back(start, mirror, degrees, shift)), lambda p: transformed(p, mirror, degrees, shift)
+        )
     except AssertionError as error:
         raise AssertionError(f"CHIPWISE_SEED={seed} {words}, {tmp_path / 'replay.ngc'}: {error}") from error
 
@@ -74,10 +87,19 @@ def test_compare_can_fail():
             compare(found, own, lambda p, w=wrong: transformed(p, *w))
 
 
-@pytest.mark.parametrize("words, start, place_of", [
-    ("X4 Y-3 H1 R10 L4 I30.5 J-7 K25", (3.0, -4.0, 7.0), lambda c: (1, 10.0 + c * 25, (4 + c * 30.5, -3 - c * 7.0, 0.0))),
-    # the sub's first X, 10, is by chance that of the tool before the first and before the second copy
-    ("L4 I40 J-1 K90", (10.0, -4.0, 7.0), lambda c: (0, 90.0 * c, (40.0 * c, -1.0 * c, 0.0)))], ids=["any", "X by chance"])
+@pytest.mark.parametrize(
+    "words, start, place_of",
+    [
+        (
+            "X4 Y-3 H1 R10 L4 I30.5 J-7 K25",
+            (3.0, -4.0, 7.0),
+            lambda c: (1, 10.0 + c * 25, (4 + c * 30.5, -3 - c * 7.0, 0.0)),
+        ),
+        # the sub's first X, 10, is by chance that of the tool before the first and before the second copy
+        ("L4 I40 J-1 K90", (10.0, -4.0, 7.0), lambda c: (0, 90.0 * c, (40.0 * c, -1.0 * c, 0.0))),
+    ],
+    ids=["any", "X by chance"],
+)
 def test_copies(words, start, place_of):
     """Copy c: rotated by R + c K, shifted by X + c I, Y + c J; each begins where the one before it has ended."""
     found = moves_of(program([f"G75 Q100 {words}"], start=f"G0 X{start[0]:g} Y{start[1]:g} Z{start[2]:g}"))[0]
@@ -119,7 +141,9 @@ def test_units_of_machine_and_program(machine, unit):
 
 
 def test_g91_counts_the_shift_from_the_tool():
-    found = moves_of(program(["G91", "G75 Q100 X2 Y1", "G90"], ["o100 sub", "G90 G0 X1 Y1", "G1 Z-1", "G0 Z7", "o100 endsub"]))[0]
+    found = moves_of(
+        program(["G91", "G75 Q100 X2 Y1", "G90"], ["o100 sub", "G90 G0 X1 Y1", "G1 Z-1", "G0 Z7", "o100 endsub"])
+    )[0]
     assert found[0].points[-1] == pytest.approx((3 + 2 + 1, -4 + 1 + 1, 7))
 
 
@@ -130,18 +154,31 @@ def test_offsets_and_rotation():
     assert not trace.error
     own = moves_of(program(["G75 Q100 X4 R20 H1"]))[0]
     calls = json.loads(trace.output.splitlines()[-1])["calls"]
-    compare(calls_to_moves(calls), own, lambda p: p)        # the canonical calls are in work coordinates
+    compare(calls_to_moves(calls), own, lambda p: p)  # the canonical calls are in work coordinates
 
 
 def test_planes_under_an_odd_angle_become_chords():
-    sub = ["o100 sub", "G0 X10 Y0", "G0 Z2", "G1 Z0", "G18 G2 X30 Z0 I10 K0", "G19 G3 Y20 Z0 J10 K0", "G17 G0 Z7", "o100 endsub"]
+    sub = [
+        "o100 sub",
+        "G0 X10 Y0",
+        "G0 Z2",
+        "G1 Z0",
+        "G18 G2 X30 Z0 I10 K0",
+        "G19 G3 Y20 Z0 J10 K0",
+        "G17 G0 Z7",
+        "o100 endsub",
+    ]
     quarter = moves_of(program(["G75 Q100 R90"], sub))[0]
-    assert [m.kind for m in quarter] == ["rapid", "rapid", "feed", "arc", "arc", "rapid"] and [m.plane for m in quarter][3:5] == [2, 3]
+    assert [m.kind for m in quarter] == ["rapid", "rapid", "feed", "arc", "arc", "rapid"] and [
+        m.plane for m in quarter
+    ][3:5] == [2, 3]
     found = moves_of(program(["G75 Q100 R20"], sub))[0]
     points = np.array([m.points[-1] for m in found if m.kind == "feed"][1:])
     unturned = transformed(points, 0, -20, (0, 0, 0))
     first = unturned[unturned[:, 0] < 30 - 1e-9]
-    assert np.allclose(np.hypot(first[:, 0] - 20, first[:, 2]), 10, atol=1e-6) and np.allclose(first[:, 1], 0, atol=1e-6)
+    assert np.allclose(np.hypot(first[:, 0] - 20, first[:, 2]), 10, atol=1e-6) and np.allclose(
+        first[:, 1], 0, atol=1e-6
+    )
     corners = np.vstack([[(10, 0, 0)], first, [(30, 0, 0)]])
     sag = 10 - np.hypot(*((corners[1:, k] + corners[:-1, k]) / 2 - centre for k, centre in ((0, 20), (2, 0))))
     assert 0.001 < sag.max() <= 0.002 + 1e-9 and len(first) > 60
@@ -156,7 +193,9 @@ def test_holes_keep_their_hand(cycle, ccw, mirror, keeps):
     turned = {e.ccw for e in trace.between("begin", "end") if e.kind == "arc"}
     assert ccw in turned if keeps else ccw not in turned
     plainly = moves_of(program(["o100 call"], sub))[1].between("begin", "end")
-    assert sum(e.ccw == ccw for e in trace.between("begin", "end") if e.kind == "arc") == sum(e.ccw == ccw for e in plainly if e.kind == "arc")
+    assert sum(e.ccw == ccw for e in trace.between("begin", "end") if e.kind == "arc") == sum(
+        e.ccw == ccw for e in plainly if e.kind == "arc"
+    )
 
 
 SQUARE = ["o300 sub", "G0 X0 Y0", "G1 X30", "G1 Y20", "G1 X0", "G1 Y0", "o300 endsub"]
@@ -182,7 +221,18 @@ def test_contours_keep_their_hand(side, mirror):
 
 def test_codes_keep_their_places():
     """Spindle, coolant and dwell of the sub, in every copy; the sub's own line numbers."""
-    sub = ["o100 sub", "G0 X1", "S900 M4", "M8", "G1 Z-1 M7", "G4 P0.25", "G1 X5", "M9", "G0 Z7 M3 S5000", "o100 endsub"]
+    sub = [
+        "o100 sub",
+        "G0 X1",
+        "S900 M4",
+        "M8",
+        "G1 Z-1 M7",
+        "G4 P0.25",
+        "G1 X5",
+        "M9",
+        "G0 Z7 M3 S5000",
+        "o100 endsub",
+    ]
     trace = moves_of(program(["G75 Q100 L2 I10"], sub))[1]
     calls = json.loads(trace.output.splitlines()[-1])["calls"]
     begin = next(k for k, c in enumerate(calls) if c[0] == "comment" and c[2] == "begin")
@@ -190,15 +240,25 @@ def test_codes_keep_their_places():
     assert [c[0] for c in inside] == ["rapid", "feed", "dwell", "feed", "rapid"] * 2
     assert [c[1] for c in inside] == [2, 5, 6, 7, 9] * 2
     run = canon.run_rs274(program(["G75 Q100 L2 I10"], sub)).output
-    once = ("STRAIGHT_TRAVERSE SET_SPINDLE_SPEED START_SPINDLE_COUNTER FLOOD_ON MIST_ON STRAIGHT_FEED DWELL STRAIGHT_FEED "
-            "FLOOD_OFF SET_SPINDLE_SPEED START_SPINDLE_CLOCK STRAIGHT_TRAVERSE").split()
+    once = (
+        "STRAIGHT_TRAVERSE SET_SPINDLE_SPEED START_SPINDLE_COUNTER FLOOD_ON MIST_ON STRAIGHT_FEED DWELL STRAIGHT_FEED "
+        "FLOOD_OFF SET_SPINDLE_SPEED START_SPINDLE_CLOCK STRAIGHT_TRAVERSE"
+    ).split()
     order = [name for line in run.splitlines() for name in set(once) if name in line]
     assert order[-24:] == once * 2
 
 
 def test_modes_afterwards():
     """Whatever the sub sets ends with it."""
-    sub = ["o100 sub", "G91 G20 G18 G0 X0.1", "G90 G21 G17", "G91.1 G99", "G0 X4 Y4", "G18 G91 G1 X2 F77", "o100 endsub"]
+    sub = [
+        "o100 sub",
+        "G91 G20 G18 G0 X0.1",
+        "G90 G21 G17",
+        "G91.1 G99",
+        "G0 X4 Y4",
+        "G18 G91 G1 X2 F77",
+        "o100 endsub",
+    ]
     for before in ("G90 G21", "G91 G20"):
         text = program(["(before)", "G75 Q100 X3", "(after)"], sub, before=before + "\nG1 F300")
         trace = moves_of(text)[1]
@@ -227,20 +287,34 @@ def test_the_flutes_and_the_stock_of_the_caller_count():
 
 
 def test_a_pattern_of_itself_ends():
-    trace = canon.run_preview(program(["G75 Q100"], ["o100 sub", "G0 X1", "G75 Q100 X1", "o100 endsub"]), timeout=300)     # 17 processes
+    trace = canon.run_preview(
+        program(["G75 Q100"], ["o100 sub", "G0 X1", "G75 Q100 X1", "o100 endsub"]), timeout=300
+    )  # 17 processes
     assert "sub O100 is called by patterns more than 8 deep; see whether it calls itself" in trace.error
 
 
 def test_a_sub_that_does_not_end():
     """The planner is lent less computing time than the sub may take; its process has a limit of its own."""
-    trace = canon.run_preview(program(["G75 Q100"], ["o100 sub", "G0 X1", "o101 while [1]", "o101 endwhile", "o100 endsub"]), timeout=200)
-    assert "the sub does not end within 5 s of computing time (loops and calls: line 3); correct the loop's condition" in trace.error, trace.error
+    trace = canon.run_preview(
+        program(["G75 Q100"], ["o100 sub", "G0 X1", "o101 while [1]", "o101 endwhile", "o100 endsub"]), timeout=200
+    )
+    assert (
+        "the sub does not end within 5 s of computing time (loops and calls: line 3); correct the loop's condition"
+        in trace.error
+    ), trace.error
 
 
 BAD = [
-    ("G75", "word Q (number of the sub"), ("G75 Q7", "there is no sub O7"), ("G75 Q100 L0", "L0 is not a number of copies"),
-    ("G75 Q100 H4", "H4 is not a mirror"), ("G75 Q100 P3", "station P3 is not taught"), ("G75 Q100 I5", "I, J and K are for more than one copy"),
-    ("G75 Q100 D5", "word D is not used here"), ("G18\nG75 Q100", "the plane is not G17"), ("G93\nG75 Q100 F5", "inverse time feed (G93) is on")]
+    ("G75", "word Q (number of the sub"),
+    ("G75 Q7", "there is no sub O7"),
+    ("G75 Q100 L0", "L0 is not a number of copies"),
+    ("G75 Q100 H4", "H4 is not a mirror"),
+    ("G75 Q100 P3", "station P3 is not taught"),
+    ("G75 Q100 I5", "I, J and K are for more than one copy"),
+    ("G75 Q100 D5", "word D is not used here"),
+    ("G18\nG75 Q100", "the plane is not G17"),
+    ("G93\nG75 Q100 F5", "inverse time feed (G93) is on"),
+]
 
 
 @pytest.mark.parametrize("line, message", BAD)
@@ -250,15 +324,33 @@ def test_refused_words(line, message):
 
 
 BAD_LINES = [
-    ("G28", "G28 moves in machine coordinates"), ("G53 G0 X1", "G53 moves in machine coordinates"), ("G10 L2 P1 X0", "G10 changes an offset"),
-    ("G92 X0", "G92 changes an offset"), ("G55", "G55 changes an offset"), ("G43 H1", "G43 changes an offset"), ("G38.2 Z-5 F10", "G38.2 probes"),
-    ("G33.1 Z-5 K1", "G33.1 taps in step with the spindle"), ("G84 Z-9 R1", "G84 taps in step"), ("G74 Z-9 R1", "G74 taps in step"), ("G95", "G95 sets a mode"),
+    ("G28", "G28 moves in machine coordinates"),
+    ("G53 G0 X1", "G53 moves in machine coordinates"),
+    ("G10 L2 P1 X0", "G10 changes an offset"),
+    ("G92 X0", "G92 changes an offset"),
+    ("G55", "G55 changes an offset"),
+    ("G43 H1", "G43 changes an offset"),
+    ("G38.2 Z-5 F10", "G38.2 probes"),
+    ("G33.1 Z-5 K1", "G33.1 taps in step with the spindle"),
+    ("G84 Z-9 R1", "G84 taps in step"),
+    ("G74 Z-9 R1", "G74 taps in step"),
+    ("G95", "G95 sets a mode"),
     ("G64 P0.1 (msg, fast)", "G64 is on a line with a message; put it on a line of its own"),
-    ("M101", "M101 is not allowed in a pattern"), ("M62 P1", "M62 is not allowed"), ("M6 T1", "M6 is not allowed"), ("M250", "M250 is not allowed"),
-    ("G0 X#5420", "#5420 reads the machine"), ("G0 X#<_abs_x>", "#<_abs_x> reads the machine"), ("G0 X#<_hal[motion.analog-in-00]>", "reads the machine"),
-    ("G[50 + 3] G0 X1", "is a code that only the machine knows"), ("M2", "M2 is not allowed"), ("G0 X[1/0]", "divide by zero"),
-    ("o200 call", "the sub O200 that it calls is missing; write it from O200 sub"), ("M98 P200", "the sub O200 that it calls is missing"),
-    ("G1 X5 QQ", "line 3 of program.ngc"), ("G13 I99 Z-1 K3 F100", "G13: ")]
+    ("M101", "M101 is not allowed in a pattern"),
+    ("M62 P1", "M62 is not allowed"),
+    ("M6 T1", "M6 is not allowed"),
+    ("M250", "M250 is not allowed"),
+    ("G0 X#5420", "#5420 reads the machine"),
+    ("G0 X#<_abs_x>", "#<_abs_x> reads the machine"),
+    ("G0 X#<_hal[motion.analog-in-00]>", "reads the machine"),
+    ("G[50 + 3] G0 X1", "is a code that only the machine knows"),
+    ("M2", "M2 is not allowed"),
+    ("G0 X[1/0]", "divide by zero"),
+    ("o200 call", "the sub O200 that it calls is missing; write it from O200 sub"),
+    ("M98 P200", "the sub O200 that it calls is missing"),
+    ("G1 X5 QQ", "line 3 of program.ngc"),
+    ("G13 I99 Z-1 K3 F100", "G13: "),
+]
 
 
 @pytest.mark.parametrize("line, message", BAD_LINES)
@@ -283,7 +375,7 @@ def test_a_folder_of_any_name(tmp_path, monkeypatch):
     monkeypatch.setenv("TMPDIR", str(folder))
     found, expected = moves_of(program(["G75 Q100 X5 R30 L2 I40"]))[0], plain(SUB, back((3, -4, 7), 0, 30, (5, 0, 0)))
     assert len(found) == 2 * len(expected)
-    compare(found[:len(expected)], expected, lambda p: transformed(p, 0, 30, (5, 0, 0)))
+    compare(found[: len(expected)], expected, lambda p: transformed(p, 0, 30, (5, 0, 0)))
 
 
 def test_copies_that_would_cut_to_each_other():
@@ -291,21 +383,33 @@ def test_copies_that_would_cut_to_each_other():
     assert not canon.run_preview(program(["G75 Q100"], cut_first)).error
     assert "copy 2 begins with a cut: line 2" in canon.run_preview(program(["G75 Q100 L2 I9"], cut_first)).error
     low = ["o100 sub", "G0 X5 Y5", "G1 Z-3 F100", "o100 endsub"]
-    assert "the sub ends at Z-3 mm of the pattern, no higher than its cuts at Z-3 mm" in canon.run_preview(program(["G75 Q100 L2 I9"], low)).error
+    assert (
+        "the sub ends at Z-3 mm of the pattern, no higher than its cuts at Z-3 mm"
+        in canon.run_preview(program(["G75 Q100 L2 I9"], low)).error
+    )
     lifted = ["o100 sub", "G0 Z7", "G0 X5 Y5", "G1 Z-3 F100", "o100 endsub"]
     assert not canon.run_preview(program(["G75 Q100 L2 I9"], lifted)).error
 
 
 def said(text):
     """The package's messages in a run."""
-    return [line for line in canon.run_rs274(text).output.splitlines() if "are mirrored, climb cuts become conventional" in line]
+    return [
+        line
+        for line in canon.run_rs274(text).output.splitlines()
+        if "are mirrored, climb cuts become conventional" in line
+    ]
 
 
 def test_mirrored_cuts_of_the_sub_itself_are_named():
-    """A control that mirrors makes a climb cut conventional; the operator hears of it.  Cycles keep their hand, so nothing is said of them."""
+    """A control that mirrors makes a climb cut conventional; the operator hears of it.  Cycles keep their hand, so
+    nothing is said of them."""
     hole = ["o100 sub", "G0 X10 Y5 Z5", "G13 I5 Z-2 R1 F300", "o100 endsub"]
     assert said(program(["G75 Q100 H1"])) and "line 5 of the sub" in said(program(["G75 Q100 H1"]))[0]
-    assert not said(program(["G75 Q100 H3"])) and not said(program(["G75 Q100 R180"])) and not said(program(["G75 Q100 H1"], hole))
+    assert (
+        not said(program(["G75 Q100 H3"]))
+        and not said(program(["G75 Q100 R180"]))
+        and not said(program(["G75 Q100 H1"], hole))
+    )
 
 
 def test_named_parameters_reach_the_sub():
@@ -315,6 +419,12 @@ def test_named_parameters_reach_the_sub():
 
 
 def test_oracle_sees_the_planes():
-    assert {move.plane for move in plain(["o100 sub", "G0 X1", "G18 G2 X5 Z7 I2 K0", "G19 G2 Y-2 Z7 J-1 K0", "G17 G2 X7 Y-2 I1 J0", "o100 endsub"], (0, 0, 7))
-            if move.kind == "arc"} == {1, 2, 3}
+    assert {
+        move.plane
+        for move in plain(
+            ["o100 sub", "G0 X1", "G18 G2 X5 Z7 I2 K0", "G19 G2 Y-2 Z7 J-1 K0", "G17 G2 X7 Y-2 I1 J0", "o100 endsub"],
+            (0, 0, 7),
+        )
+        if move.kind == "arc"
+    } == {1, 2, 3}
     assert pattern_oracle.SHARES[-1] == 1.0

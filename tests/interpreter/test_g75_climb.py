@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""G75 with #<_chipwise_keep_climb>: closed chains of a mirrored sub run backwards (tests/support/climb_oracle.py measures the climb)."""
+"""G75 with #<_chipwise_keep_climb>: closed chains of a mirrored sub run backwards (tests/support/climb_oracle.py
+measures the climb)."""
 
 import re
 
@@ -13,7 +14,17 @@ from support.random_cases import random_count, random_seed
 HEAD = "G90 G64 G94 G17 G40 G21\nT1 M6\nS5000 M3\nF600\n"
 KEEP = "#<_chipwise_keep_climb> = 1\n"
 RADIUS, START = 1.0, (3.0, -4.0, 7.0)
-RING = ["o100 sub", "G0 X0 Y0", "G0 Z2", "G1 Z-1 F100", "G1 X5 F300", "G3 X0 Y5 I-5 J0", "G1 Y0", "G0 Z7", "o100 endsub"]
+RING = [
+    "o100 sub",
+    "G0 X0 Y0",
+    "G0 Z2",
+    "G1 Z-1 F100",
+    "G1 X5 F300",
+    "G3 X0 Y5 I-5 J0",
+    "G1 Y0",
+    "G0 Z7",
+    "o100 endsub",
+]
 
 
 def program(call, sub, before=KEEP, start=START):
@@ -48,7 +59,7 @@ def test_the_climb_share_and_the_part(case, tmp_path):
     assert kept[0] == pytest.approx(share, abs=0.04) and lost[0] == pytest.approx(1 - share, abs=0.04), where
     assert kept[1] == pytest.approx(volume, rel=0.01), where
     image = np.flip(heights, 2 - mirror)
-    assert (np.abs(kept[2] - image) > 1e-6).mean() < 2e-4, where       # rounding at the rim of the tool
+    assert (np.abs(kept[2] - image) > 1e-6).mean() < 2e-4, where  # rounding at the rim of the tool
 
 
 def test_the_share_is_one_or_the_other():
@@ -63,9 +74,17 @@ def path(text):
 
 
 def test_what_is_emitted():
-    """The plunge and its place stay; each element runs from its end to its beginning; lines are those of the element."""
+    """The plunge and its place stay; each element runs from its end to its beginning; lines are those of the
+    element."""
     assert path(program("G75 Q100 H1", RING)) == [
-        ("rapid", 0, 0, 7), ("rapid", 0, 0, 2), ("feed", 0, 0, -1), ("feed", 0, 5, -1), ("arc", -5, 0, -1), ("feed", 0, 0, -1), ("rapid", 0, 0, 7)]
+        ("rapid", 0, 0, 7),
+        ("rapid", 0, 0, 2),
+        ("feed", 0, 0, -1),
+        ("feed", 0, 5, -1),
+        ("arc", -5, 0, -1),
+        ("feed", 0, 0, -1),
+        ("rapid", 0, 0, 7),
+    ]
     moves = moves_of(program("G75 Q100 H1", RING))[0]
     assert [move.line for move in moves] == [2, 3, 4, 7, 6, 5, 8]
     assert np.allclose(np.hypot(*moves[4].points[:, :2].T), 5) and (moves[4].points[:, 0] < 1e-9).all()
@@ -79,9 +98,13 @@ def test_what_is_not_mirrored_is_not_reversed(call):
 def test_the_setting_of_the_machine():
     assert path(program("G75 Q100 H1", RING)) != path(program("G75 Q100 H1", RING, ""))
     found = moves_of(program("G75 Q100 H1", RING, ""), KEEP_CLIMB="yes")[0]
-    assert [tuple(m.points[-1]) for m in found] == [tuple(m.points[-1]) for m in moves_of(program("G75 Q100 H1", RING))[0]]
+    assert [tuple(m.points[-1]) for m in found] == [
+        tuple(m.points[-1]) for m in moves_of(program("G75 Q100 H1", RING))[0]
+    ]
     off = moves_of(program("G75 Q100 H1", RING, "#<_chipwise_keep_climb> = 0\n"), KEEP_CLIMB="yes")[0]
-    assert [tuple(m.points[-1]) for m in off] == [tuple(m.points[-1]) for m in moves_of(program("G75 Q100 H1", RING, ""))[0]]
+    assert [tuple(m.points[-1]) for m in off] == [
+        tuple(m.points[-1]) for m in moves_of(program("G75 Q100 H1", RING, ""))[0]
+    ]
 
 
 def said(text):
@@ -96,7 +119,8 @@ LEFT = [
     (["G1 X5 F300", "G1 Y5 F200", "G1 X0 Y0"], "lines 5-7 (two feeds)"),
     (["G33 X5 K1", "G1 Y5 F300", "G1 X0 Y0"], "lines 5 (in step with the spindle), 6-7 (open)"),
     (["G1 X5 F300", "M8", "G1 Y5", "G1 X0 Y0"], "lines 5 (open), 7-8 (open)"),
-    (["G1 X5 F300", "G4 P0.1", "G1 X0"], "lines 5 (open), 7 (open)")]
+    (["G1 X5 F300", "G4 P0.1", "G1 X0"], "lines 5 (open), 7 (open)"),
+]
 
 
 @pytest.mark.parametrize("body, words", LEFT)
@@ -115,7 +139,12 @@ def test_many_of_them_are_one_message():
 
 def test_after_a_ramp_the_closed_level_part_is_reversed():
     sub = [*RING[:3], "G1 X5 Z-1 F300", "G1 Y5", "G1 X0", "G1 X5 Y0", "G0 Z7", "o100 endsub"]
-    assert path(program("G75 Q100 H1", sub))[2:6] == [("feed", -5, 0, -1), ("feed", 0, 5, -1), ("feed", -5, 5, -1), ("feed", -5, 0, -1)]
+    assert path(program("G75 Q100 H1", sub))[2:6] == [
+        ("feed", -5, 0, -1),
+        ("feed", 0, 5, -1),
+        ("feed", -5, 5, -1),
+        ("feed", -5, 0, -1),
+    ]
     assert "lines 4 (changes Z) of the sub" in said(program("G75 Q100 H1", sub))[0]
 
 
@@ -138,13 +167,30 @@ def test_cycles_and_patterns_inside():
         sub = [line.format(words) for line in inner]
         kept, plain = (path(program(f"G75 Q400 {outer}", sub, before)) for before in (KEEP, ""))
         assert (kept != plain) == reverses, (outer, words)
-        assert bool(said(program(f"G75 Q400 {outer}", sub, ""))) == reverses and not said(program(f"G75 Q400 {outer}", sub)), (outer, words)
+        assert bool(said(program(f"G75 Q400 {outer}", sub, ""))) == reverses and not said(
+            program(f"G75 Q400 {outer}", sub)
+        ), (outer, words)
 
 
 def test_copies_and_compensation():
-    sub = ["o100 sub", "G0 X-9 Y0", "G0 Z-1", "G42.1 D2 G1 X-5 F300", "G1 Y5", "X5", "Y-5", "X-5", "Y0", "G40 G1 X-9", "G0 Z7", "o100 endsub"]
+    sub = [
+        "o100 sub",
+        "G0 X-9 Y0",
+        "G0 Z-1",
+        "G42.1 D2 G1 X-5 F300",
+        "G1 Y5",
+        "X5",
+        "Y-5",
+        "X-5",
+        "Y0",
+        "G40 G1 X-9",
+        "G0 Z7",
+        "o100 endsub",
+    ]
     text = program("G75 Q100 H1 L3 I30 K15", sub)
-    assert len(path(text)) == len(path(program("G75 Q100 H1 L3 I30 K15", sub, ""))) and path(text) != path(program("G75 Q100 H1 L3 I30 K15", sub, ""))
+    assert len(path(text)) == len(path(program("G75 Q100 H1 L3 I30 K15", sub, ""))) and path(text) != path(
+        program("G75 Q100 H1 L3 I30 K15", sub, "")
+    )
     assert not said(text)
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Random subs in several copies, through LinuxCNC's interpreter, against what each sub does by itself from where that copy begins."""
+"""Random subs in several copies, through LinuxCNC's interpreter, against what each sub does by itself from where that
+copy begins."""
 
 import json
 import random
@@ -12,7 +13,7 @@ from support.pattern_oracle import calls_to_moves, compare, random_sub, transfor
 from support.random_cases import random_count, random_seed
 
 HEAD = "G21 G90 G64 G94 G17 G40\nT1 M6\nS5000 M3\nF600\n"
-MODES = "G21 G90 G91.1 G94 G17 G40 G98 F600"      # a plain call leaves the modes of the sub to the next one
+MODES = "G21 G90 G91.1 G94 G17 G40 G98 F600"  # a plain call leaves the modes of the sub to the next one
 START, COPIES = (3.0, -4.0, 7.0), 4
 
 
@@ -43,8 +44,11 @@ def random_case(seed):
     first, turn = (round(r.uniform(-200, 200), 3) if odd else 90.0 * r.randrange(4) for _ in range(2))
     x, y, z, i, j = (round(r.uniform(-40, 40), 3) for _ in range(5))
     mirror = r.randrange(4)
-    return (sub, f"X{x} Y{y} Z{z} H{mirror} R{first} L{COPIES} I{i} J{j} K{turn}",
-            [(mirror, first + c * turn, (x + c * i, y + c * j, z)) for c in range(COPIES)])
+    return (
+        sub,
+        f"X{x} Y{y} Z{z} H{mirror} R{first} L{COPIES} I{i} J{j} K{turn}",
+        [(mirror, first + c * turn, (x + c * i, y + c * j, z)) for c in range(COPIES)],
+    )
 
 
 def judged(seed, places=None):

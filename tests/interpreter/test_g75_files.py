@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""G75 reads its sub anew whenever anything that the sub may use has changed: the planner's process lives as long as LinuxCNC, files do not."""
+"""G75 reads its sub anew whenever anything that the sub may use has changed: the planner's process lives as long as
+LinuxCNC, files do not."""
 
 import os
 import re
@@ -11,11 +12,13 @@ from chipwise.pattern.job import PatternJob
 from chipwise.pattern.run import read_pattern
 from support import ROOT, canon
 
-CALLS = {"call": ("o300 call", "o300 sub\nG1 X{x} F100\no300 endsub\n"),
-         "M98": ("M98 P300", "O300\nG1 X{x} F100\nM99\nM2\n"),
-         "a pattern": ("G75 Q300", "o300 sub\nG1 X{x} F100\no300 endsub\n"),
-         "an expression": ("o[200 + 100] call", "o300 sub\nG1 X{x} F100\no300 endsub\n"),
-         "a contour": ("G77 Q300 P41 Z-1 R1 D1 F100", "o300 sub\nG0 X0 Y0\nG1 X{x}\nY20\nX0\nY0\no300 endsub\n")}
+CALLS = {
+    "call": ("o300 call", "o300 sub\nG1 X{x} F100\no300 endsub\n"),
+    "M98": ("M98 P300", "O300\nG1 X{x} F100\nM99\nM2\n"),
+    "a pattern": ("G75 Q300", "o300 sub\nG1 X{x} F100\no300 endsub\n"),
+    "an expression": ("o[200 + 100] call", "o300 sub\nG1 X{x} F100\no300 endsub\n"),
+    "a contour": ("G77 Q300 P41 Z-1 R1 D1 F100", "o300 sub\nG0 X0 Y0\nG1 X{x}\nY20\nX0\nY0\no300 endsub\n"),
+}
 
 
 def job_of(folder, call, tool=(1, 2.0)):
@@ -26,7 +29,10 @@ def job_of(folder, call, tool=(1, 2.0)):
     (folder / "own.tbl").write_text("T1 P1 D2\nT5 P5 D4\n")
     program = folder / "program.ngc"
     program.write_text(f"o100 sub\nG0 X0 Y0 Z5\n{call}\nG0 Z9\no100 endsub\nM2\n")
-    return PatternJob(Job(program=str(program), sub=100, ini=str(ini), position=(0.0, 0.0, 5.0), tool=tool, feed=100.0), spindle=(3, 1000.0))
+    return PatternJob(
+        Job(program=str(program), sub=100, ini=str(ini), position=(0.0, 0.0, 5.0), tool=tool, feed=100.0),
+        spindle=(3, 1000.0),
+    )
 
 
 def write(path, text, at):

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""G75: inverse time (G93) in the sub, and F of moves that only turn an axis, by the feeds that the preview's interpreter gets.
+"""G75: inverse time (G93) in the sub, and F of moves that only turn an axis, by the feeds that the preview's
+interpreter gets.
 
-The oracle is the word itself: a move under G93 F takes 1/F minutes, whatever the pattern does with it; a move that only turns has F degrees a minute
-in both units.
+The oracle is the word itself: a move under G93 F takes 1/F minutes, whatever the pattern does with it; a move that only
+turns has F degrees a minute in both units.
 """
 
 import json
@@ -38,7 +39,8 @@ def inverse(seed, plane="G17"):
 
 
 def minutes(start, move):
-    """A move's length over its feed; an arc's by its points, which the oracle's arc of 8 parts has exactly for a circle or a helix of one angle."""
+    """A move's length over its feed; an arc's by its points, which the oracle's arc of 8 parts has exactly for a circle
+    or a helix of one angle."""
     points = np.vstack([start, move.points])
     if move.kind == "feed":
         return float(np.linalg.norm(points[-1] - points[0])) / move.feed
@@ -80,7 +82,9 @@ def test_each_move_takes_the_time_of_its_word(case, words, unit):
 
 def test_arcs_that_become_chords_take_the_same_time():
     sub, _words = inverse(random_seed(), "G18")
-    own, chords = (times(moves_of(program([f"G75 Q100 {words}"], sub, start="G0 X5 Y5 Z7"))[0], (5, 5, 7)) for words in ("", "R20"))
+    own, chords = (
+        times(moves_of(program([f"G75 Q100 {words}"], sub, start="G0 X5 Y5 Z7"))[0], (5, 5, 7)) for words in ("", "R20")
+    )
     assert len(chords) > 2 * len(own) and sum(chords) == pytest.approx(sum(own), rel=1e-4)
 
 
@@ -93,17 +97,24 @@ def test_what_cannot_be_under_g93():
     assert "G95" in trace.error, trace.error
 
 
-@pytest.mark.parametrize("sub, words", [
-    (["G21 F300", "G1 A90", "G93", "G1 A120 F6", "G1 A60 F3"], [300, 30 * 6, 60 * 3]), (["G20", "F10", "G1 A90", "G1 X1", "G1 A30 F20"], [10, None, 20])])
+@pytest.mark.parametrize(
+    "sub, words",
+    [
+        (["G21 F300", "G1 A90", "G93", "G1 A120 F6", "G1 A60 F3"], [300, 30 * 6, 60 * 3]),
+        (["G20", "F10", "G1 A90", "G1 X1", "G1 A30 F20"], [10, None, 20]),
+    ],
+)
 @pytest.mark.parametrize("unit", ["G21", "G20"])
 def test_f_of_a_move_that_only_turns_is_degrees(tmp_path, monkeypatch, sub, words, unit):
     """In a sub of one unit, called from a program of the other: rs274's canonical number is degrees a minute."""
     monkeypatch.setenv("AXIS_MASK", "15")
     options = {"ini": canon.write_ini(tmp_path, COORDINATES="X Y Z A")}
-    text = program(["G75 Q100"], ["o100 sub", "G0 X0.5 A0", *sub, "G0 Z9", "o100 endsub"], unit=unit, start="G0 X0 Y0 Z1")
+    text = program(
+        ["G75 Q100"], ["o100 sub", "G0 X0.5 A0", *sub, "G0 Z9", "o100 endsub"], unit=unit, start="G0 X0 Y0 Z1"
+    )
     trace = canon.run_preview(text, **options)
     assert not trace.error, trace.error
-    scale = 25.4 if unit == "G20" else 1.0           # preview_probe.py takes every F for inches a minute
+    scale = 25.4 if unit == "G20" else 1.0  # preview_probe.py takes every F for inches a minute
     feed, abc, turned, inside, found = 0.0, (0, 0, 0), False, False, []
     for kind, _line, *n in json.loads(trace.output.splitlines()[-1])["calls"]:
         if kind == "comment":

@@ -40,7 +40,7 @@ def test_units_of_machine_and_program(base, machine, unit):
     trace = run_preview(program(f"{ROUGH}\n{FINISH}", unit=unit), TOOLS, machine=machine)
     assert trace.error == ""
     same_path(trace.between("begin", "end"), base.between("begin", "end"), 1e-4)
-    assert {round(f, 3) for f in trace.feeds if f} == {600, 400, 200}   # 400: the approach at 30 degrees goes down at E
+    assert {round(f, 3) for f in trace.feeds if f} == {600, 400, 200}  # 400: the approach at 30 degrees goes down at E
 
 
 @pytest.mark.parametrize("unit", ["G21", "G20"])
@@ -66,15 +66,22 @@ o100 endsub
     trace = run_preview(program("G91 " + ROUGH.replace("Z-6 R2", "Z-8 R-18"), sub, after="G1 X1 Y0 Z0"), TOOLS)
     assert trace.error == ""
     same_path(trace.between("begin", "end"), base.between("begin", "middle"), 1e-5)
-    assert trace.elements[-1].b[0] == pytest.approx(trace.elements[-2].b[0] + 1)     # still G91
+    assert trace.elements[-1].b[0] == pytest.approx(trace.elements[-2].b[0] + 1)  # still G91
 
 
-@pytest.mark.parametrize("before, angle, shift", [
-    ("G10 L2 P1 X30 Y40 Z-7", 0, (30, 40, -7)),
-    ("G10 L2 P2 X30 Y40 Z-7 R30\nG55", 30, (30, 40, -7)),
-    ("G0 X0 Y0 Z0\nG92 X-5 Y6 Z1", 0, (5, -6, -1)),
-    ("G10 L2 P1 X1 Y2 R45\nG0 X0 Y0 Z0\nG92 X-5 Y0", 45, (1 + 5 * math.cos(math.pi / 4), 2 + 5 * math.sin(math.pi / 4), 0)),
-])
+@pytest.mark.parametrize(
+    "before, angle, shift",
+    [
+        ("G10 L2 P1 X30 Y40 Z-7", 0, (30, 40, -7)),
+        ("G10 L2 P2 X30 Y40 Z-7 R30\nG55", 30, (30, 40, -7)),
+        ("G0 X0 Y0 Z0\nG92 X-5 Y6 Z1", 0, (5, -6, -1)),
+        (
+            "G10 L2 P1 X1 Y2 R45\nG0 X0 Y0 Z0\nG92 X-5 Y0",
+            45,
+            (1 + 5 * math.cos(math.pi / 4), 2 + 5 * math.sin(math.pi / 4), 0),
+        ),
+    ],
+)
 def test_offsets_rotation_g92(base, before, angle, shift):
     unit = "G20" if "R45" in before else "G21"
     trace = run_preview(program(ROUGH, unit=unit, before="G21\n" + before), TOOLS)
@@ -90,7 +97,7 @@ def test_tool_length_offset(base):
 def test_line_numbers_are_the_codes_own(base):
     number = program(f"{ROUGH}\n(middle)\n{FINISH}").splitlines().index(ROUGH) + 1
     places = {t: n for t, n, _ in base.comments}
-    assert set(base.lines[places["begin"]:places["middle"]]) == {number}
+    assert set(base.lines[places["begin"] : places["middle"]]) == {number}
 
 
 def test_approach_angle(base):
@@ -104,19 +111,28 @@ def test_approach_angle(base):
 
 
 def test_to_and_fro():
-    """A wall in two passes: both along the sub, or the second one back; INI default no, the parameter wins; G78 keeps the direction."""
+    """A wall in two passes: both along the sub, or the second one back; INI default no, the parameter wins; G78 keeps
+    the direction."""
     sub = "o100 sub\nG0 X0 Y0\nG1 X40\no100 endsub\n"
 
     def along(line, setting="", **ini):
         trace = run_preview(program(setting + line, sub), TOOLS, **ini)
-        return [round(e.b[0] - e.a[0]) for e in trace.between("begin", "end") if e.kind == "feed" and e.a[2] == e.b[2] and abs(e.b[0] - e.a[0]) > 30]
+        return [
+            round(e.b[0] - e.a[0])
+            for e in trace.between("begin", "end")
+            if e.kind == "feed" and e.a[2] == e.b[2] and abs(e.b[0] - e.a[0]) > 30
+        ]
+
     rough, on = "G77 Q100 P42 L2 D2 Z-3 R2 J5 F600", "#<_chipwise_to_and_fro> = 1\n"
     assert along(rough) == [40, 40]
     assert along(rough, on) == along(rough, TO_AND_FRO="yes") == [40, -40]
     assert along(rough, on.replace("1", "0"), TO_AND_FRO="yes") == [40, 40]
     assert along("G78 Q100 P42 Z-8 R2 J5 F600", on) == [40, 40]
     wrong = run_preview(program(on.replace("1", "2") + rough, sub), TOOLS)
-    assert "#<_chipwise_to_and_fro> = 2 is neither 0 nor 1; set it to 1 to rough open contours in both directions" in wrong.error
+    assert (
+        "#<_chipwise_to_and_fro> = 2 is neither 0 nor 1; set it to 1 to rough open contours in both directions"
+        in wrong.error
+    )
 
 
 def test_flute_length_is_the_default_depth_step(tmp_path):
@@ -138,10 +154,16 @@ def test_message_of_what_the_tool_does_not_reach():
     assert "the tool (0.47244 in) does not fit" in twenty
 
 
-@pytest.mark.parametrize("modes", [
-    "G90 G91.1 G21 G64 P0.01 G94 G98 G0 X1", "G91 G91.1 G21 G61 G94 G99 G1 X1 F100", "G90 G90.1 G20 G61.1 G94 G98 G80",
-    "G91 G90.1 G20 G64 G94 G98 G1 X1 F100", "S500 M3 G90 G91.1 G21 G64 G95 G98 G1 X1 F1",
-])
+@pytest.mark.parametrize(
+    "modes",
+    [
+        "G90 G91.1 G21 G64 P0.01 G94 G98 G0 X1",
+        "G91 G91.1 G21 G61 G94 G99 G1 X1 F100",
+        "G90 G90.1 G20 G61.1 G94 G98 G80",
+        "G91 G90.1 G20 G64 G94 G98 G1 X1 F100",
+        "S500 M3 G90 G91.1 G21 G64 G95 G98 G1 X1 F1",
+    ],
+)
 def test_modal_state_afterwards(modes):
     code = "G77" if "G64" in modes else "G78"
     scale = 1 / 25.4 if "G20" in modes else 1.0
@@ -153,8 +175,10 @@ def test_modal_state_afterwards(modes):
     heights = f"Z{-8 * scale} R0" if "G91" in modes else f"Z{-6 * scale} R{2 * scale}"
     line = f"{code} Q7 P42 {heights}"
     first, second = (modes.replace(" G80", ""), "G80") if "G80" in modes else (modes, "")
-    trace = run_preview(f"T1 M6\n{sub}{first}\n{second}\nF{'3' if 'G20' in modes else '77'}\n(settle)\n(begin)\n{line}\n(end)\nM2\n",
-                        TOOLS)
+    trace = run_preview(
+        f"T1 M6\n{sub}{first}\n{second}\nF{'3' if 'G20' in modes else '77'}\n(settle)\n(begin)\n{line}\n(end)\nM2\n",
+        TOOLS,
+    )
     assert trace.error == ""
     assert trace.modes("end") == trace.modes("begin")
     assert len(trace.between("begin", "end")) >= 5
@@ -173,22 +197,25 @@ def test_chop_lines_come_before_the_same_contour():
     """INI, parameter and H0; where the lines go: tests/cycles/test_contour_chop.py."""
     line = "G78 Q7 P41 Z-6 R2 F600"
     plain = run_preview(program(line, SLOT), TOOLS).between("begin", "end")
-    for text, settings, chopped in ((line, {"CHOP_SIZE": 9}, True), (line + " H0", {"CHOP_SIZE": 9}, False),
-                                    ("#<_chipwise_chop_size> = 9\n" + line, {}, True),
-                                    ("#<_chipwise_chop_size> = 0\n" + line, {"CHOP_SIZE": 9}, False),
-                                    (line.replace("78", "77"), {"CHOP_SIZE": 9}, None)):
+    for text, settings, chopped in (
+        (line, {"CHOP_SIZE": 9}, True),
+        (line + " H0", {"CHOP_SIZE": 9}, False),
+        ("#<_chipwise_chop_size> = 9\n" + line, {}, True),
+        ("#<_chipwise_chop_size> = 0\n" + line, {"CHOP_SIZE": 9}, False),
+        (line.replace("78", "77"), {"CHOP_SIZE": 9}, None),
+    ):
         found = run_preview(program(text, SLOT), TOOLS, **settings).between("begin", "end")
-        if chopped is None:     # G77: no slug is looked at, so there is no lead circle either
+        if chopped is None:  # G77: no slug is looked at, so there is no lead circle either
             assert len(found) == len(plain) - 1
             continue
         assert (len(found) > len(plain) + 6) == chopped
-        if chopped:             # the lead may be smaller, to keep clear of the lines: five elements, then out and up
+        if chopped:  # the lead may be smaller, to keep clear of the lines: five elements, then out and up
             same_path(found[-7:-2], plain[-7:-2], 1e-5)
         else:
-            same_path(found[-len(plain) + 2:], plain[2:], 1e-5)
+            same_path(found[-len(plain) + 2 :], plain[2:], 1e-5)
 
 
-# ---- bad input --------------------------------------------------------------------------------------------------------
+# ---- bad input -------------------------------------------------------------------------------------------------------
 
 
 REFUSED = [
@@ -204,42 +231,61 @@ REFUSED = [
     ("G78 Q100 P41 Z-6 R2 F600 L2", "word L is not used here; words are Q P I J E R Z K H F"),
     ("G78 Q100 P41 Z-6 R2 F600 A1", "word A is not used here; words are Q P I J E R Z K H F"),
     ("G77 Q100 P41 Z-6 R2 F600 L3", "L3 radial passes without a step D; add D of at most 6 mm"),
-    ("G77 Q100 P41 Z-6 R2 F600 I-1", "allowance I-1 mm is negative: it would cut into the finish shape; use I of 0 or more"),
+    (
+        "G77 Q100 P41 Z-6 R2 F600 I-1",
+        "allowance I-1 mm is negative: it would cut into the finish shape; use I of 0 or more",
+    ),
     ("G77 Q100 P41 Z-6 R2 F600 K-1", "approach height K-1 mm is not above 0; use K above 0, or leave it out to plunge"),
-    ("G77 Q100 P41 Z-6 R2 F600 I9", "the tool (6 mm) fits nowhere on this side of the contour; "
-                                    "use a smaller tool, or less allowance, or the other side"),
+    (
+        "G77 Q100 P41 Z-6 R2 F600 I9",
+        "the tool (6 mm) fits nowhere on this side of the contour; "
+        "use a smaller tool, or less allowance, or the other side",
+    ),
     ("G77 Q100 P41 Z-6 R2 F600 H1", "word H1 is not H0; H0 means do not chop; the chop size is #<_chipwise_chop_size>"),
-    ("#<_chipwise_approach_angle> = 91\nG77 Q100 P41 Z-6 R2 F600 K1",
-     "approach angle 91 is not from 0.1 to 90 degrees; set #<_chipwise_approach_angle> to an angle in that range"),
+    (
+        "#<_chipwise_approach_angle> = 91\nG77 Q100 P41 Z-6 R2 F600 K1",
+        "approach angle 91 is not from 0.1 to 90 degrees; set #<_chipwise_approach_angle> to an angle in that range",
+    ),
     ("G18\nG77 Q100 P41 Y-6 R2 Z-6 F600", "the plane is not G17; program G17 before"),
     ("G41.1 D1\nG77 Q100 P41 R2 Z-6 F600", "cutter compensation is on; program G40 before"),
-    ("T2 M6\nG77 Q100 P41 R2 Z-6 F600", "tool 2 has a diameter of 0 mm, which is not above 0; give it a D in the tool table"),
+    (
+        "T2 M6\nG77 Q100 P41 R2 Z-6 F600",
+        "tool 2 has a diameter of 0 mm, which is not above 0; give it a D in the tool table",
+    ),
 ]
 
 
 def test_refused():
     """Each line in one session, as in MDI: its message, no motion, and the good line at the end is cut as ever."""
     lines = "".join(f"G17 G40 G21\n(case {n})\n{line}\n" for n, (line, _) in enumerate(REFUSED))
-    trace, messages, at = run_rs274_on(f"T1 M6\n{SUB}G21 G0 X0 Y0 Z20\n{lines}G17 G40 G21\nT1 M6\n"
-                                   f"#<_chipwise_approach_angle> = 30\n(good)\n{ROUGH}\n(end)\nM2\n", {**TOOLS, 2: 0.0})
+    trace, messages, at = run_rs274_on(
+        f"T1 M6\n{SUB}G21 G0 X0 Y0 Z20\n{lines}G17 G40 G21\nT1 M6\n"
+        f"#<_chipwise_approach_angle> = 30\n(good)\n{ROUGH}\n(end)\nM2\n",
+        {**TOOLS, 2: 0.0},
+    )
     codes = [re.search(r"G7[78]", line)[0] for line, _ in REFUSED]
     assert messages == [f"chipwise: {code}: {message}" for code, (_, message) in zip(codes, REFUSED)]
-    assert None not in at           # rs274 counts anew after an error: which lines, test_a_refusal_names_its_line
+    assert None not in at  # rs274 counts anew after an error: which lines, test_a_refusal_names_its_line
     assert trace.between("case 0", "good") == []
     assert len(trace.between("good", "end")) > 20
 
 
-# ---- goldens ----------------------------------------------------------------------------------------------------------
+# ---- goldens ---------------------------------------------------------------------------------------------------------
 
 GOLDENS = {
     "g77_mm": program(ROUGH),
     "g77_inch": program(ROUGH, unit="G20"),
     "g77_rotated": program(ROUGH, before="G21\nG10 L2 P1 X30 Y40 R30"),
-    "g77_g91": program("G91 " + ROUGH.replace("Z-6 R2", "Z-8 R-18"), "o100 sub\nG1 X40\nY10\nG3 X-2 Y2 R2\no100 endsub\n"),
+    "g77_g91": program(
+        "G91 " + ROUGH.replace("Z-6 R2", "Z-8 R-18"), "o100 sub\nG1 X40\nY10\nG3 X-2 Y2 R2\no100 endsub\n"
+    ),
     "g78_slanted": program(FINISH),
     "g78_inside": program("G78 Q100 P41 Z-6 R2 F600"),
-    "g78_loop": program("G78 Q7 P42 Z-2 R1 F600", "o7 sub\n#<n> = 1\nG0 X10 Y0\no8 while [#<n> LE 6]\n"
-                        "G1 X[10 * COS[#<n> * 60]] Y[10 * SIN[#<n> * 60]]\n#<n> = [#<n> + 1]\no8 endwhile\no7 endsub\n"),
+    "g78_loop": program(
+        "G78 Q7 P42 Z-2 R1 F600",
+        "o7 sub\n#<n> = 1\nG0 X10 Y0\no8 while [#<n> LE 6]\n"
+        "G1 X[10 * COS[#<n> * 60]] Y[10 * SIN[#<n> * 60]]\n#<n> = [#<n> + 1]\no8 endwhile\no7 endsub\n",
+    ),
 }
 
 

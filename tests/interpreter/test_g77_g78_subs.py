@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The subs of G77 and G78 through LinuxCNC's interpreter: every way of writing one, random ones, and those that cannot be used."""
+"""The subs of G77 and G78 through LinuxCNC's interpreter: every way of writing one, random ones, and those that cannot
+be used."""
 
 import dataclasses
 import math
@@ -42,18 +43,29 @@ o100 endsub
 @pytest.mark.parametrize("unit, machine", [("G21", "in"), ("G20", "mm"), ("G21", "mm"), ("G20", "in")])
 def test_a_sub_that_reads_parameters(unit, machine):
     """Under offsets, rotation and G92 the sub is what a call of it in the program is, parameter by parameter."""
-    before = ("G21\nG10 L2 P2 X1 Y2 Z3 R45\nG55\nG0 X0 Y0 Z0\nG92 X-5 Y0\nF600\n#31 = 1.5\n"
-              f"#<_unit> = {1 if unit == 'G21' else 25.4}\nM250 P-5 Q-5 R-20 I50 J50 K20\n")     # the top of the stock is known
+    before = (
+        "G21\nG10 L2 P2 X1 Y2 Z3 R45\nG55\nG0 X0 Y0 Z0\nG92 X-5 Y0\nF600\n#31 = 1.5\n"
+        f"#<_unit> = {1 if unit == 'G21' else 25.4}\nM250 P-5 Q-5 R-20 I50 J50 K20\n"
+    )  # the top of the stock is known
     at = "G0 X3 Y-4 Z20" if unit == "G21" else "G0 X[3/25.4] Y[-4/25.4] Z[20/25.4]"
     cycle = FINISH if unit == "G21" else inch(FINISH)
     feed = "F600" if unit == "G21" else inch("F600")
-    trace = run_preview(f"T1 M6\n{READING}{before}{unit} {at}\n{feed}\n(call)\no100 call\n{at}\n(begin)\n{cycle}\n(end)\nM2\n",
-                        TOOLS, machine=machine)
+    trace = run_preview(
+        f"T1 M6\n{READING}{before}{unit} {at}\n{feed}\n(call)\no100 call\n{at}\n(begin)\n{cycle}\n(end)\nM2\n",
+        TOOLS,
+        machine=machine,
+    )
     assert trace.error == ""
-    plain = [(("A", *e.a[:2], *e.b[:2], *e.centre, e.sweep[1]) if e.kind == "arc" else ("L", *e.a[:2], *e.b[:2]))
-             for e in trace.between("call", "begin") if e.kind != "rapid"]
-    path = [(("A", *e.a[:2], *e.b[:2], *e.centre, e.sweep[1]) if e.kind == "arc" else ("L", *e.a[:2], *e.b[:2]))
-            for e in trace.between("begin", "end") if e.kind != "rapid" and e.a[2] == e.b[2] == pytest.approx(-3, abs=1e-4)]
+    plain = [
+        (("A", *e.a[:2], *e.b[:2], *e.centre, e.sweep[1]) if e.kind == "arc" else ("L", *e.a[:2], *e.b[:2]))
+        for e in trace.between("call", "begin")
+        if e.kind != "rapid"
+    ]
+    path = [
+        (("A", *e.a[:2], *e.b[:2], *e.centre, e.sweep[1]) if e.kind == "arc" else ("L", *e.a[:2], *e.b[:2]))
+        for e in trace.between("begin", "end")
+        if e.kind != "rapid" and e.a[2] == e.b[2] == pytest.approx(-3, abs=1e-4)
+    ]
     assert len(plain) == 4 and path
     assert abs(shape_oracle.gouge(plain, 3.0, path)) <= 1e-4
     assert shape_oracle.missing(plain, False, 1, 3.0, path, tolerance=1e-3) == []
@@ -63,12 +75,15 @@ VARIANTS = {
     "r_form": SUB.replace("I-2 J0", "R2").replace("I0 J4", "R4"),
     "p1_f_g40": SUB.replace("I-2 J0", "I-2 J0 P1 F33").replace("G1 X40", "G40 G1 X40 F9"),
     "expressions": SUB.replace("X40", "X[4 * 10]").replace("G1 Y10", "#<top> = 10\nG1 Y#<top>"),
-    "global_parameters": "#<_my_long_side> = 40\n#31 = 12\n" + SUB.replace("X40", "X#<_my_long_side>").replace("X12", "X#31"),
-    "loop": SUB.replace("G1 X40\n", "#<n> = 0\no101 while [#<n> LT 4]\n#<n> = [#<n> + 1]\nG1 X[#<n> * 10]\no101 endwhile\n"),
+    "global_parameters": "#<_my_long_side> = 40\n#31 = 12\n"
+    + SUB.replace("X40", "X#<_my_long_side>").replace("X12", "X#31"),
+    "loop": SUB.replace(
+        "G1 X40\n", "#<n> = 0\no101 while [#<n> LT 4]\n#<n> = [#<n> + 1]\nG1 X[#<n> * 10]\no101 endwhile\n"
+    ),
     "call": SUB.replace("G1 X16\n", "o102 call [16]\n") + "o102 sub\nG1 X#1\no102 endsub\n",
     "condition": SUB.replace("G1 Y40\n", "o103 if [#<_metric> EQ 1]\nG1 Y40\no103 else\nG1 Y50\no103 endif\n"),
-    "lower_case_and_comments": "N5 O 100 SUB (the part)\ng0x0y0\n/(nothing)\n" + SUB.lower().partition("y0\n")[2]
-                               .replace("g1 y40", "n77g01  y 40 ; up (and on)"),
+    "lower_case_and_comments": "N5 O 100 SUB (the part)\ng0x0y0\n/(nothing)\n"
+    + SUB.lower().partition("y0\n")[2].replace("g1 y40", "n77g01  y 40 ; up (and on)"),
     "repeat_start": SUB.replace("G0 X0 Y0\n", "G0 X0 Y0\nG0 X0\n").replace("G1 Y0\no100", "G1 Y0\nG0 X-9\no100"),
     "ini_value": SUB.replace("X40", "X[40 + #<_ini[CHIPWISE]CHOP_SIZE>]"),
 }
@@ -83,13 +98,15 @@ def test_subs(base):
     """Every way of writing the same contour, in one program."""
     kinds = sorted(VARIANTS)
     subs = "".join(numbered(VARIANTS[kind], 1000 + 10 * n) for n, kind in enumerate(kinds))
-    calls = "".join(f"G0 Z20\nG0 X0 Y0\n({kind})\n{ROUGH.replace('Q100', f'Q{1000 + 10 * n}')}\n(end {kind})\n"
-                    for n, kind in enumerate(kinds))
+    calls = "".join(
+        f"G0 Z20\nG0 X0 Y0\n({kind})\n{ROUGH.replace('Q100', f'Q{1000 + 10 * n}')}\n(end {kind})\n"
+        for n, kind in enumerate(kinds)
+    )
     trace = run_preview(program(calls, subs), TOOLS)
     assert trace.error == ""
     for kind in kinds:
         found = trace.between(kind, "end " + kind)
-        if kind == "loop":      # the same line in four pieces: other elements
+        if kind == "loop":  # the same line in four pieces: other elements
             judge(ROUGH_REQUEST, found)
         else:
             same_path(found, base.between("begin", "middle"), 1e-5)
@@ -118,8 +135,10 @@ def test_sub_in_its_own_file(base, tmp_path):
 
 def test_sub_called_from_a_sub_in_a_loop(base):
     """The line in a sub, in a loop, with parameters: each call reads the contour anew."""
-    sub = "o100 sub\nG0 X#<_x0> Y0\nG3 I5 J0\no100 endsub\no8 sub\n#<n> = 0\no9 while [#<n> LT 3]\n#<_x0> = [#<n> * 30]\n" \
-          "G78 Q100 P42 Z-6 R2 F600\n#<n> = [#<n> + 1]\no9 endwhile\no8 endsub\n"
+    sub = (
+        "o100 sub\nG0 X#<_x0> Y0\nG3 I5 J0\no100 endsub\no8 sub\n#<n> = 0\no9 while [#<n> LT 3]\n#<_x0> = [#<n> * 30]\n"
+        "G78 Q100 P42 Z-6 R2 F600\n#<n> = [#<n> + 1]\no9 endwhile\no8 endsub\n"
+    )
     trace = run_preview(program("#<_x0> = 0\no8 call", sub), TOOLS)
     assert trace.error == ""
     centres = [round(e.centre[0], 3) for e in trace.between("begin", "end") if e.kind == "arc" and e.radius > 5]
@@ -128,10 +147,17 @@ def test_sub_called_from_a_sub_in_a_loop(base):
 
 def test_the_plain_sub_is_cut_as_drawn(base):
     """An oracle of the whole way: the finishing tool touches every element of the shape as typed above."""
-    finish = [("A", *e.start, *e.end, *e.centre, math.pi / 2 if e.ccw else -math.pi / 2) if isinstance(e, ArcElement)
-              else ("L", *e.start, *e.end) for e in SHAPE]
-    path = [(("A", *e.a[:2], *e.b[:2], *e.centre, e.sweep[1]) if e.kind == "arc" else ("L", *e.a[:2], *e.b[:2]))
-            for e in base.between("middle", "end") if e.kind != "rapid" and e.a[2] == e.b[2] == pytest.approx(-6)]
+    finish = [
+        ("A", *e.start, *e.end, *e.centre, math.pi / 2 if e.ccw else -math.pi / 2)
+        if isinstance(e, ArcElement)
+        else ("L", *e.start, *e.end)
+        for e in SHAPE
+    ]
+    path = [
+        (("A", *e.a[:2], *e.b[:2], *e.centre, e.sweep[1]) if e.kind == "arc" else ("L", *e.a[:2], *e.b[:2]))
+        for e in base.between("middle", "end")
+        if e.kind != "rapid" and e.a[2] == e.b[2] == pytest.approx(-6)
+    ]
     assert shape_oracle.gouge(finish, 3.0, path) <= 1e-5
     assert shape_oracle.missing(finish, True, 1, 3.0, path, tolerance=1e-4) == []
 
@@ -151,7 +177,8 @@ def written(shape, number, scale):
 
 @pytest.mark.parametrize("machine, unit", [("mm", "G21"), ("in", "G20")])
 def test_random_contours_through_the_interpreter(machine, unit):
-    """The whole way from text to canonical motion, in one program; judged against the shapes before they were written."""
+    """The whole way from text to canonical motion, in one program; judged against the shapes before they were
+    written."""
     scale = 1.0 if unit == "G21" else 1 / 25.4
     cases, subs, lines = [], "", ""
     for seed in range(random_seed(), random_seed() + max(1, random_count(50, least=50) // 10)):
@@ -161,19 +188,32 @@ def test_random_contours_through_the_interpreter(machine, unit):
         except CycleError:
             continue
         number = 1000 + len(cases)
-        words = "".join(f" {w}{v * scale:.9f}" for w, v in (("I", r.allowance), ("Z", r.bottom), ("R", r.clearance),
-                                                            ("J", r.depth_step), ("K", r.approach), ("D", r.step)) if v)
+        words = "".join(
+            f" {w}{v * scale:.9f}"
+            for w, v in (
+                ("I", r.allowance),
+                ("Z", r.bottom),
+                ("R", r.clearance),
+                ("J", r.depth_step),
+                ("K", r.approach),
+                ("D", r.step),
+            )
+            if v
+        )
         subs += written(r.shape, number, scale)
-        lines += (f"({number})\nG77 Q{number} P{r.side} L{r.passes}{words}\n")
+        lines += f"({number})\nG77 Q{number} P{r.side} L{r.passes}{words}\n"
         cases.append(r)
-    trace = run_preview(f"T1 M6\n{subs}{unit} G0 X0 Y0 Z{20 * scale}\nF{600 * scale}\n{lines}({1000 + len(cases)})\nM2\n",
-                        TOOLS, machine=machine)
+    trace = run_preview(
+        f"T1 M6\n{subs}{unit} G0 X0 Y0 Z{20 * scale}\nF{600 * scale}\n{lines}({1000 + len(cases)})\nM2\n",
+        TOOLS,
+        machine=machine,
+    )
     assert trace.error == "" and len(cases) > 2
     for number, r in enumerate(cases, 1000):
         found = trace.between(str(number), str(number + 1))
         if unit == "G21":
             judge(r, found)
-        else:   # six decimals of an inch
+        else:  # six decimals of an inch
             finish = from_elements(make_contour(list(r.shape)).elements)
             assert deepest(found, finish, r.tool_radius + r.allowance, r.clearance) <= 1e-3
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What LinuxCNC's interpreter loads when it starts: task, preview, and each process that reads a sub.  Plans have a process of their own with numpy."""
+"""What LinuxCNC's interpreter loads when it starts: task, preview, and each process that reads a sub.  Plans have a
+process of their own with numpy."""
 
 from support import canon
 
@@ -8,7 +9,9 @@ HEAVY = ("numpy", "shapely", "chipwise.planner.plans", "chipwise.geometry.base.c
 
 def loaded(*lines):
     """The modules in the interpreter after some lines of a program."""
-    trace = canon.run_rs274("\n".join([*lines, ";py,import sys; print('loaded:', *sorted(sys.modules))", "M2", ""]), started=True)
+    trace = canon.run_rs274(
+        "\n".join([*lines, ";py,import sys; print('loaded:', *sorted(sys.modules))", "M2", ""]), started=True
+    )
     assert not trace.error, trace.error
     return next(line for line in trace.output.splitlines() if line.startswith("loaded: ")).split()[1:]
 

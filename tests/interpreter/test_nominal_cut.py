@@ -18,25 +18,41 @@ def refused(text, **words):
 
 
 @pytest.mark.parametrize("machine", ["mm", "in"])
-@pytest.mark.parametrize("line", ["F400 M251 I4 J10", "F400\nM251 I4 J10 P2 E3000", "F400\nM251 I4 J10 P3 R2 E900", "f400 m251 j10 i4 p1"])
+@pytest.mark.parametrize(
+    "line", ["F400 M251 I4 J10", "F400\nM251 I4 J10 P2 E3000", "F400\nM251 I4 J10 P3 R2 E900", "f400 m251 j10 i4 p1"]
+)
 def test_taken(machine, line):
     assert refused(BEGIN + line, machine=machine) == ""
     assert run_rs274(BEGIN + line + "\nM2\n", tools=TOOL, machine=machine).error == ""
 
 
-@pytest.mark.parametrize("line, message", [
-    ("F400\nM251 I4 J10 Q6", "Q and the nominal cut I, J are both given; give Q, or I and J"),
-    ("F400\nM251 I4", "word J (depth of cut) is missing; add J"),
-    ("F400\nM251 J4", "word I (width of cut) is missing; add I"),
-    ("F400\nM251 I0 J4", "width of cut I0 mm is not above 0; give I above 0"),
-    ("F400\nM251 I4 J-1", "depth of cut J-1 mm is not above 0; give J above 0"),
-    ("F9000\nM251 I400 J1000", "a cut of I400 mm and J1000 mm at F9000 mm/min is 3.6e+06 cm3/min, above 10000 cm3/min, which no machine removes; "
-     "give width and depth of one cut"),
-    ("F400\nM251 I4 J10 P3 R17 E900", "lower removal rate R17 is above that of the cut I, J; give R below it"),
-    ("F400\nM251 I4 J10 P2", "word E (ceiling of the feed) is missing; mode P2 replaces F; add E"),
-    ("S600 M3\nG95 F0.5\nM251 I4 J10", "G95 is on, and the rate of a cut I, J needs a feed per minute; program G94 before, or give Q"),
-    ("G93\nM251 I4 J10", "G93 is on, and the rate of a cut I, J needs a feed per minute; program G94 before, or give Q"),
-    ("M251", "word Q (removal rate, cm3/min) is missing; add Q")])
+@pytest.mark.parametrize(
+    "line, message",
+    [
+        ("F400\nM251 I4 J10 Q6", "Q and the nominal cut I, J are both given; give Q, or I and J"),
+        ("F400\nM251 I4", "word J (depth of cut) is missing; add J"),
+        ("F400\nM251 J4", "word I (width of cut) is missing; add I"),
+        ("F400\nM251 I0 J4", "width of cut I0 mm is not above 0; give I above 0"),
+        ("F400\nM251 I4 J-1", "depth of cut J-1 mm is not above 0; give J above 0"),
+        (
+            "F9000\nM251 I400 J1000",
+            "a cut of I400 mm and J1000 mm at F9000 mm/min is 3.6e+06 cm3/min, above 10000 cm3/min, which no machine "
+            "removes; "
+            "give width and depth of one cut",
+        ),
+        ("F400\nM251 I4 J10 P3 R17 E900", "lower removal rate R17 is above that of the cut I, J; give R below it"),
+        ("F400\nM251 I4 J10 P2", "word E (ceiling of the feed) is missing; mode P2 replaces F; add E"),
+        (
+            "S600 M3\nG95 F0.5\nM251 I4 J10",
+            "G95 is on, and the rate of a cut I, J needs a feed per minute; program G94 before, or give Q",
+        ),
+        (
+            "G93\nM251 I4 J10",
+            "G93 is on, and the rate of a cut I, J needs a feed per minute; program G94 before, or give Q",
+        ),
+        ("M251", "word Q (removal rate, cm3/min) is missing; add Q"),
+    ],
+)
 def test_refused(line, message):
     assert refused(BEGIN + line) == "chipwise: M251: " + message
 
@@ -44,15 +60,18 @@ def test_refused(line, message):
 def test_no_feed():
     """By rs274: the preview of a screen begins with a feed."""
     assert run_rs274(BEGIN + "M251 I4 J10\nM2\n", tools=TOOL).error == (
-        "chipwise: M251: the rate of a cut I, J needs a feed, and no F is set; give F before, or on the line")
+        "chipwise: M251: the rate of a cut I, J needs a feed, and no F is set; give F before, or on the line"
+    )
 
 
 def test_an_ini_file_that_drops_the_words(tmp_path):
     """With the argspec of before LinuxCNC drops I and J in silence."""
     ini = write_ini(tmp_path)
     ini.write_text(ini.read_text().replace("argspec=qpreijN", "argspec=qpreN"))
-    assert refused(BEGIN + "F400\nM251 I4 J10", ini=ini) == ("chipwise: M251: words I and J do not reach chipwise; write argspec=qpreijN in the line "
-                                                           "REMAP = M251 of the INI file, or give Q")
+    assert refused(BEGIN + "F400\nM251 I4 J10", ini=ini) == (
+        "chipwise: M251: words I and J do not reach chipwise; write argspec=qpreijN in the line "
+        "REMAP = M251 of the INI file, or give Q"
+    )
     assert refused(BEGIN + "F400\nM251 Q6", ini=ini) == ""
 
 
@@ -61,7 +80,7 @@ def times(tmp_path, name, text):
     folder = tmp_path / name
     folder.mkdir()
     _status, _out, _err, report = chipwise_check(folder, {"a.ngc": text})
-    found, = report["programs"]
+    (found,) = report["programs"]
     assert not found["error"], json.dumps(found)
     return found["tools"][0]["volumetric_planned_s"], found["tools"][0]["planned_s"]
 

@@ -19,8 +19,15 @@ INCH = PROGRAM.format(unit="G20", x=0.8, z=0.2, radius=0.36, feed=24)
 
 
 def chipwise_try(program, *options, cwd=ROOT, **environment):
-    return subprocess.run([ROOT / "bin/chipwise", "try", program, *options], cwd=cwd, text=True,
-                          env={**os.environ, **environment}, stdin=subprocess.DEVNULL, capture_output=True, timeout=300)
+    return subprocess.run(
+        [ROOT / "bin/chipwise", "try", program, *options],
+        cwd=cwd,
+        text=True,
+        env={**os.environ, **environment},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        timeout=300,
+    )
 
 
 @pytest.fixture
@@ -29,6 +36,7 @@ def program(tmp_path):
         path = tmp_path / "program.ngc"
         path.write_text(text)
         return path
+
     return write
 
 
@@ -56,7 +64,8 @@ def test_the_unit_is_measured():
 def test_a_tool_table_is_scaled_in_its_lengths_only():
     text = "T3 P12 D10 X-1.5 Y+.5 Z25.4 A30 B1 I45 J-45 Q2 ; mill D10, X1\n; D1\n"
     assert rs274.scaled_table(text, 1 / 25.4) == (
-        "T3 P12 D0.393700787 X-0.059055118 Y0.019685039 Z1.000000000 A30 B1 I45 J-45 Q2 ; mill D10, X1\n; D1\n")
+        "T3 P12 D0.393700787 X-0.059055118 Y0.019685039 Z1.000000000 A30 B1 I45 J-45 Q2 ; mill D10, X1\n; D1\n"
+    )
     assert rs274.scaled_table(text, 1.0) == text
 
 
@@ -66,7 +75,8 @@ def copied_machine(folder):
     before, _, rest = text.partition("REMAP = ")
     _, _, rest = rest.partition("\n\n[EMCMOT]")
     (folder / "machine.ini").write_text(
-        (before + "#INCLUDE codes.inc\n\n[EMCMOT]" + rest).replace("= remap", f"= {ROOT}/remap"))
+        (before + "#INCLUDE codes.inc\n\n[EMCMOT]" + rest).replace("= remap", f"= {ROOT}/remap")
+    )
     shutil.copy(ROOT / "configs/chipwise_codes.inc", folder / "codes.inc")
     (folder / "mill.tbl").write_text("T3 P3 D4 Z30 ; thin\n")
     (folder / "tools.toml").write_text("[tool.3]\nflute_length = 2\n")
@@ -84,8 +94,8 @@ def test_a_machine_with_includes_from_another_folder(program, tmp_path):
     assert done.returncode == 0, done.stderr
     hole = parse_rs274(done.stdout).between("begin", "end")
     radii = [math.dist(e.b[:2], (20, 0)) for e in hole if e.kind == "arc"]
-    assert max(radii) == pytest.approx(9 - 2, abs=1e-3)                             # the tool of 4 mm
-    assert len({round(e.b[2], 3) for e in hole if e.kind == "arc"}) >= 3            # flutes of 2 mm: levels
+    assert max(radii) == pytest.approx(9 - 2, abs=1e-3)  # the tool of 4 mm
+    assert len({round(e.b[2], 3) for e in hole if e.kind == "arc"}) >= 3  # flutes of 2 mm: levels
     assert sorted(os.listdir(folder)) == before
     assert os.listdir(home) == [".tool.mmap"] and (home / ".tool.mmap").read_text() == "of a running LinuxCNC"
 
@@ -101,16 +111,25 @@ def test_what_cannot_be_tried_is_said(program, tmp_path):
     done = chipwise_try(good, "--ini", str(tmp_path / "bad.ini"))
     assert done.returncode == 2
     assert done.stderr.startswith("chipwise: [TRAJ]LINEAR_UNITS = cubit is not a unit; use mm or inch")
-    for line, message in (("[EMCIO]\nTOOL_TABLE = none.tbl", f"[EMCIO]TOOL_TABLE {tmp_path}/none.tbl cannot be read: No such file or "
-                           "directory; correct the INI file"),
-                          ("#INCLUDE none.inc", f"#INCLUDE {tmp_path}/none.inc cannot be read: No such file or directory; correct the INI file"),
-                          ("[CHIPWISE]\nCELL = fine", "[CHIPWISE]CELL = fine is not a length from 0.01 to 10 mm; correct the INI file")):
+    for line, message in (
+        (
+            "[EMCIO]\nTOOL_TABLE = none.tbl",
+            f"[EMCIO]TOOL_TABLE {tmp_path}/none.tbl cannot be read: No such file or directory; correct the INI file",
+        ),
+        (
+            "#INCLUDE none.inc",
+            f"#INCLUDE {tmp_path}/none.inc cannot be read: No such file or directory; correct the INI file",
+        ),
+        ("[CHIPWISE]\nCELL = fine", "[CHIPWISE]CELL = fine is not a length from 0.01 to 10 mm; correct the INI file"),
+    ):
         (tmp_path / "bad.ini").write_text(line + "\n")
         done = chipwise_try(good, "--ini", str(tmp_path / "bad.ini"))
         assert (done.returncode, done.stderr) == (2, f"chipwise: {message}\n")
     done = chipwise_try(good, PATH="/nowhere")
     assert (done.returncode, done.stderr) == (
-        2, "chipwise: LinuxCNC's rs274 is not on the PATH; install linuxcnc-uspace\n")
+        2,
+        "chipwise: LinuxCNC's rs274 is not on the PATH; install linuxcnc-uspace\n",
+    )
     done = chipwise_try(program("G21 F100\nG13 I5 Z-1\nM2\n"))
     assert done.returncode == 1
     assert "chipwise: G13" in done.stderr and "Traceback" not in done.stderr

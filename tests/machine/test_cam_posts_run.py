@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A program of FreeCAD with the post of docs/user/cam.md, on the simulated mill: M250 has its stock, M251 is in force."""
+"""A program of FreeCAD with the post of docs/user/cam.md, on the simulated mill: M250 has its stock, M251 is in
+force."""
 
 import numpy as np
 import pytest

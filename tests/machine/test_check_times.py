@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The time that `chipwise check` plans, against the real machine's: traverses, drilling, holes and arcs of nc_files/panel.ngc, and CAM styles as
-foreign_styles.py writes them, at F and under M251."""
+"""The time that `chipwise check` plans, against the real machine's: traverses, drilling, holes and arcs of
+nc_files/panel.ngc, and CAM styles as foreign_styles.py writes them, at F and under M251."""
+
 import re
 from dataclasses import replace
 
@@ -14,7 +15,7 @@ from chipwise.headless import runner
 
 pytestmark = pytest.mark.machine
 
-ALLOWED = 0.05              # measured: panel -0.01, terraces -0.02, ramp_contour -0.04
+ALLOWED = 0.05  # measured: panel -0.01, terraces -0.02, ramp_contour -0.04
 FEED_CODES = re.compile(r"^(N\d+ ?)?M25[12].*$", re.M)
 
 

@@ -15,8 +15,8 @@ pytestmark = pytest.mark.machine
 
 SPEED = 5
 BOX = ((0.0, 0.0, -10.0), (100.0, 60.0, 0.0))
-TARGET = 6.0                # cm3/min
-RADIUS, DEPTH = 3.0, 4.0    # mm, T1
+TARGET = 6.0  # cm3/min
+RADIUS, DEPTH = 3.0, 4.0  # mm, T1
 ANGLE = np.radians(17.0)
 START = np.array([-10.0, 12.0])
 END = START + 125.0 * np.array([np.cos(ANGLE), np.sin(ANGLE)])
@@ -38,104 +38,115 @@ M2
 """
 
 
-@pytest.fixture(scope='module')
+@pytest.fixture(scope="module")
 def slot(tmp_path_factory):
     """(summary, log) of the slot."""
-    folder = tmp_path_factory.mktemp('slot')
-    program, log = folder / 'slot.ngc', folder / 'slot.npz'
+    folder = tmp_path_factory.mktemp("slot")
+    program, log = folder / "slot.ngc", folder / "slot.npz"
     program.write_text(PROGRAM)
     summary = runner.run_headless(str(program), speed=SPEED, log=str(log), timeout=200)
-    assert summary['exit_status'] == 0 and summary['errors'] == [], summary
+    assert summary["exit_status"] == 0 and summary["errors"] == [], summary
     with np.load(log) as stored:
         return summary, {name: stored[name] for name in stored.files}
 
 
-@pytest.fixture(scope='module')
+@pytest.fixture(scope="module")
 def judged(slot):
     return judge(slot[1])
 
 
 def judge(log):
     """The oracle's rates (mm3/s, 10 ms) of a log."""
-    t = log['sample'] * float(log['period'])
-    return rate_oracle.rates(t, log['x'], log['y'], log['z'] - log['tool_offset_z'], log['motion_type'],
-                             log['adaptive_feed'], BOX, rate_oracle.OracleTool(RADIUS))
+    t = log["sample"] * float(log["period"])
+    return rate_oracle.rates(
+        t,
+        log["x"],
+        log["y"],
+        log["z"] - log["tool_offset_z"],
+        log["motion_type"],
+        log["adaptive_feed"],
+        BOX,
+        rate_oracle.OracleTool(RADIUS),
+    )
 
 
 def steady(log, rates):
     """Windows in which the tool is wholly inside the box, away from both ends of the slot."""
-    x = np.interp(rates.time, log['sample'] * float(log['period']), log['x'])
+    x = np.interp(rates.time, log["sample"] * float(log["period"]), log["x"])
     return rates.cutting & (x > 8.0) & (x < 88.0)
 
 
 def check_steady(log, rates, within=0.03):
     """The rate in every steady window is within `within` of the target: neither above nor below."""
     held = rates.rate[steady(log, rates)] * 60 / 1000
-    assert len(held) > 500, f'only {len(held)} windows of 10 ms in the steady slot'
+    assert len(held) > 500, f"only {len(held)} windows of 10 ms in the steady slot"
     worst = held[np.argmax(np.abs(held - TARGET))]
-    assert abs(worst - TARGET) <= within * TARGET, \
-        f'removal rate {worst:.4f} cm3/min, target {TARGET:g} +- {100 * within:g} %'
+    assert abs(worst - TARGET) <= within * TARGET, (
+        f"removal rate {worst:.4f} cm3/min, target {TARGET:g} +- {100 * within:g} %"
+    )
 
 
-@pytest.mark.together('slot')
+@pytest.mark.together("slot")
 def test_rate_in_a_rotated_slot(slot, judged):
     _summary, log = slot
     check_steady(log, judged)
     share = judged.rate[judged.cutting] > 1.02 * TARGET * 1000 / 60
-    print(f'steady rate {judged.rate[steady(log, judged)].mean() * 0.06:.4f} cm3/min, '
-          f'over 102 %: {share.mean():.4f} of the cutting time')
+    print(
+        f"steady rate {judged.rate[steady(log, judged)].mean() * 0.06:.4f} cm3/min, "
+        f"over 102 %: {share.mean():.4f} of the cutting time"
+    )
     assert share.mean() < 0.002
 
 
-@pytest.mark.parametrize('factor', [1.05, 0.95])
-@pytest.mark.together('slot')
+@pytest.mark.parametrize("factor", [1.05, 0.95])
+@pytest.mark.together("slot")
 def test_the_checker_sees_a_wrong_rate(slot, factor):
     """The same run, 5 % faster or slower: the checker says so."""
     log = dict(slot[1])
-    log['period'] = float(log['period']) / factor
-    with pytest.raises(AssertionError, match='removal rate'):
+    log["period"] = float(log["period"]) / factor
+    with pytest.raises(AssertionError, match="removal rate"):
         check_steady(log, judge(log))
 
 
-@pytest.mark.together('slot')
+@pytest.mark.together("slot")
 def test_volume_is_what_the_oracle_counts(slot, judged):
     summary, _log = slot
-    assert summary['volume_mm3'] == pytest.approx(judged.volume.sum(), rel=0.002)
+    assert summary["volume_mm3"] == pytest.approx(judged.volume.sum(), rel=0.002)
 
 
-@pytest.mark.together('slot')
+@pytest.mark.together("slot")
 def test_rapids_are_not_slowed_and_cut_nothing(slot):
     """Every traverse at override 1, reaching 100 mm/s; not a mm3 while a traverse is on."""
     _summary, log = slot
-    traverse = log['motion_type'] == 1
-    assert log['adaptive_feed'][traverse].min() == 1.0
-    assert log['velocity'][traverse].max() == pytest.approx(100.0, rel=1e-3)
-    removed = np.diff(log['removed_volume'], prepend=log['removed_volume'][:1])
+    traverse = log["motion_type"] == 1
+    assert log["adaptive_feed"][traverse].min() == 1.0
+    assert log["velocity"][traverse].max() == pytest.approx(100.0, rel=1e-3)
+    removed = np.diff(log["removed_volume"], prepend=log["removed_volume"][:1])
     assert removed[traverse].max() <= 1e-9
-    assert not log['rapid_contact'].any()
+    assert not log["rapid_contact"].any()
 
 
-@pytest.mark.together('slot')
+@pytest.mark.together("slot")
 def test_the_feed_is_the_ceiling_in_air(slot):
     """Mode 2 before the stock and behind it: E, not F."""
     _summary, log = slot
-    air = np.isin(log['motion_type'], (2, 3)) & (log['x'] > 106.0)
-    assert log['velocity'][air].max() > 0.8 * 50.0
-    assert np.median(log['requested_velocity'][air]) == pytest.approx(50.0)
+    air = np.isin(log["motion_type"], (2, 3)) & (log["x"] > 106.0)
+    assert log["velocity"][air].max() > 0.8 * 50.0
+    assert np.median(log["requested_velocity"][air]) == pytest.approx(50.0)
 
 
 def test_limit_mode_is_never_faster_than_f(tmp_path):
     """M251 P1: F in air and in light cuts, less only where the rate would be above Q."""
-    program, log = tmp_path / 'limit.ngc', tmp_path / 'limit.npz'
-    program.write_text(PROGRAM.replace('P2 E3000', 'P1').replace('F900', 'F400'))
+    program, log = tmp_path / "limit.ngc", tmp_path / "limit.npz"
+    program.write_text(PROGRAM.replace("P2 E3000", "P1").replace("F900", "F400"))
     runner.run_headless(str(program), speed=SPEED, log=str(log), timeout=200)
     with np.load(log) as stored:
         data = {name: stored[name] for name in stored.files}
-    feeding = np.isin(data['motion_type'], (2, 3))
-    assert data['velocity'][feeding].max() <= 400 / 60 * 1.001
+    feeding = np.isin(data["motion_type"], (2, 3))
+    assert data["velocity"][feeding].max() <= 400 / 60 * 1.001
     check_steady(data, judge(data))
-    in_air = feeding & (data['x'] < -5)
-    assert data['velocity'][in_air].max() == pytest.approx(400 / 60, rel=1e-3)
+    in_air = feeding & (data["x"] < -5)
+    assert data["velocity"][in_air].max() == pytest.approx(400 / 60, rel=1e-3)
 
 
 ARC_INTO_STOCK = """
@@ -158,50 +169,51 @@ M2
 """
 
 
-@pytest.mark.parametrize('read_path, held', [('yes', True), ('no', False)])
+@pytest.mark.parametrize("read_path, held", [("yes", True), ("no", False)])
 def test_an_arc_into_the_stock_is_seen_from_the_line_before(tmp_path, read_path, held):
     """In air at 50 mm/s along the edge, then a tangent arc of 4 mm into it.  With the program's path read from the
-    planner the rate stays within 2 %; only predicted from the line (READ_PATH = no) it cannot, and the check sees it."""
-    program, log = tmp_path / 'arc.ngc', tmp_path / 'arc.npz'
+    planner the rate stays within 2 %; only predicted from the line (READ_PATH = no) it cannot, and the check sees
+    it."""
+    program, log = tmp_path / "arc.ngc", tmp_path / "arc.npz"
     program.write_text(ARC_INTO_STOCK)
-    runner.run_headless(str(program), speed=SPEED, log=str(log), timeout=200, settings={'READ_PATH': read_path})
+    runner.run_headless(str(program), speed=SPEED, log=str(log), timeout=200, settings={"READ_PATH": read_path})
     with np.load(log) as stored:
         data = {name: stored[name] for name in stored.files}
     rates = judge(data)
     worst = rates.rate[rates.cutting].max() / (12000 / 60)
-    print(f'READ_PATH = {read_path}: peak {worst:.4f} of the target')
+    print(f"READ_PATH = {read_path}: peak {worst:.4f} of the target")
     assert (worst < 1.02) == held
 
 
-INVERSE = [(2.0 * (n % 2), 0.5 * n, (180.0, 240.0, 300.0)[n % 3]) for n in range(60)]        # x, y, F
+INVERSE = [(2.0 * (n % 2), 0.5 * n, (180.0, 240.0, 300.0)[n % 3]) for n in range(60)]  # x, y, F
 
 
-@pytest.mark.parametrize('m251', ['', 'M251 P1 Q6'])
+@pytest.mark.parametrize("m251", ["", "M251 P1 Q6"])
 def test_g93_without_f_remapped(tmp_path, m251):
-    """60 moves under G93, then G94 and G95, above the stock, where REMAP = F is taken out as docs/user/codes.md says: every move
-    under its own line number and at its own feed."""
-    text = f'G21 G90 G17 G61\nT1 M6\nM250 P0 Q0 R-10 I100 J60 K10\n{m251}\nS600 M3\nG0 X0 Y-1 Z5\nG93\n'
-    first = text.count('\n') + 1
-    text += ''.join(f'G1 X{x} Y{y} F{f}\n' for x, y, f in INVERSE) + 'G94 F600\nG1 X22\nG95 F0.5\nG1 X42\nM2\n'
-    program, log, spindle = tmp_path / 'inverse.ngc', tmp_path / 'log.npz', tmp_path / 'spindle.hal'
+    """60 moves under G93, then G94 and G95, above the stock, where REMAP = F is taken out as docs/user/codes.md says:
+    every move under its own line number and at its own feed."""
+    text = f"G21 G90 G17 G61\nT1 M6\nM250 P0 Q0 R-10 I100 J60 K10\n{m251}\nS600 M3\nG0 X0 Y-1 Z5\nG93\n"
+    first = text.count("\n") + 1
+    text += "".join(f"G1 X{x} Y{y} F{f}\n" for x, y, f in INVERSE) + "G94 F600\nG1 X22\nG95 F0.5\nG1 X42\nM2\n"
+    program, log, spindle = tmp_path / "inverse.ngc", tmp_path / "log.npz", tmp_path / "spindle.hal"
     program.write_text(text)
     spindle.write_text(SPINDLE[1])
-    ini = headless_ini(tmp_path, 'mill', str(spindle))
+    ini = headless_ini(tmp_path, "mill", str(spindle))
     with open(ini) as handle:
-        lines = handle.read().replace('\nREMAP = F ', '\n#REMAP = F ')
-    with open(ini, 'w') as handle:
+        lines = handle.read().replace("\nREMAP = F ", "\n#REMAP = F ")
+    with open(ini, "w") as handle:
         handle.write(lines)
     summary = runner.run_headless(str(program), ini=ini, speed=SPEED, log=str(log), timeout=300)
-    assert summary['finished'] and summary['errors'] == [], summary
+    assert summary["finished"] and summary["errors"] == [], summary
     with np.load(log) as stored:
         row = {name: stored[name] for name in stored.files}
     at = (0.0, -1.0)
     for number, (x, y, f) in enumerate(INVERSE, first):
-        on = (row['line'] == number) & (row['motion_type'] == 2)
-        ends = np.hypot(row['x'][on] - at[0], row['y'][on] - at[1]), np.hypot(row['x'][on] - x, row['y'][on] - y)
+        on = (row["line"] == number) & (row["motion_type"] == 2)
+        ends = np.hypot(row["x"][on] - at[0], row["y"][on] - at[1]), np.hypot(row["x"][on] - x, row["y"][on] - y)
         assert on.sum() > 100 and ends[0].min() < 0.05 and ends[1].min() < 0.05, number
-        assert row['velocity'][on].max() == pytest.approx(f / 60 * np.hypot(x - at[0], y - at[1]), rel=1e-3), number
+        assert row["velocity"][on].max() == pytest.approx(f / 60 * np.hypot(x - at[0], y - at[1]), rel=1e-3), number
         at = (x, y)
     for number, expected in ((first + 61, 10.0), (first + 63, 5.0)):
-        on = (row['line'] == number) & (row['velocity'] > 0.5 * expected)
-        assert np.median(row['velocity'][on]) == pytest.approx(expected, rel=0.02), number
+        on = (row["line"] == number) & (row["velocity"] > 0.5 * expected)
+        assert np.median(row["velocity"][on]) == pytest.approx(expected, rel=0.02), number

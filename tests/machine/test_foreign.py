@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Programs nobody here wrote, on the real LinuxCNC, judged by tests/support/judge.py; and a program that uses nothing of ours.
+"""Programs nobody here wrote, on the real LinuxCNC, judged by tests/support/judge.py; and a program that uses nothing
+of ours.
 
 All ten and all conditions: bench/bench_claims.py.  Here are two: loops of arcs, and corners with blends.
 """
+
 import re
 
 import numpy as np
@@ -24,10 +26,9 @@ def measured(name, condition, tmp_path, seed=1):
     return program, found
 
 
-@pytest.mark.parametrize("name, condition", [
-    ("fusion_adaptive", claims.Condition()),
-    ("freecad_pocket", claims.Condition()),
-])
+@pytest.mark.parametrize(
+    "name, condition", [("fusion_adaptive", claims.Condition()), ("freecad_pocket", claims.Condition())]
+)
 def test_the_claims_on_a_foreign_program(name, condition, tmp_path):
     """Never above 102 % of the rate in 10 ms, no stop, no moment without stock, and the volume is right."""
     program, found = measured(name, condition, tmp_path)
@@ -35,7 +36,9 @@ def test_the_claims_on_a_foreign_program(name, condition, tmp_path):
     assert found["own_error"] < 0.001
     assert found["peak_10ms"] <= 1.02 and found["over_share"] == 0.0, found["places"]
     assert found["mean"] > 0.95
-    assert abs(found["rate_mean_off"]) < 0.01 and abs(found["rate_peak_off"]) < 0.01      # of the summary, against the judge
+    assert (
+        abs(found["rate_mean_off"]) < 0.01 and abs(found["rate_peak_off"]) < 0.01
+    )  # of the summary, against the judge
     assert found["volume_off"] == pytest.approx(0.0, abs=0.003)
     assert found["rapid_volume"] < 0.01 and found["stops"] == 0 and found["fallback_s"] == 0.0
     # and the same run against a target 3 % lower, or with its tools 3 % wider, is refused
@@ -67,10 +70,29 @@ X20.1334 Y9.3076""".splitlines()
 
 
 def test_without_arc_blends(tmp_path):
-    """[TRAJ]ARC_BLEND_ENABLE = 0: LinuxCNC adds the velocities of two segments in a blend, and no override acts on it (34 % above the target before)."""
-    text = "\n".join(["G21 G90 G17 G40 G94 G64 P0.01", "T1 M6", "M250 P0 Q0 R-9.3 I47 J33 K9.3", "S9000 M3", "F600", "M251 P2 Q6 E3600", "G0 Z4",
-                      f"G0 {CHAIN[0]}", "G1 Z-4.188 F500", *(f"G1 {place}" for place in CHAIN[1:]), "G0 Z4", "M252", "M2", ""])
-    program = foreign_post.Program("chain", text, judging.Blank.corners((0, 0, -9.3), (47, 33, 0)), {1: (judging.Tool(6.0), 0.0)})
+    """[TRAJ]ARC_BLEND_ENABLE = 0: LinuxCNC adds the velocities of two segments in a blend, and no override acts on it
+    (34 % above the target before)."""
+    text = "\n".join(
+        [
+            "G21 G90 G17 G40 G94 G64 P0.01",
+            "T1 M6",
+            "M250 P0 Q0 R-9.3 I47 J33 K9.3",
+            "S9000 M3",
+            "F600",
+            "M251 P2 Q6 E3600",
+            "G0 Z4",
+            f"G0 {CHAIN[0]}",
+            "G1 Z-4.188 F500",
+            *(f"G1 {place}" for place in CHAIN[1:]),
+            "G0 Z4",
+            "M252",
+            "M2",
+            "",
+        ]
+    )
+    program = foreign_post.Program(
+        "chain", text, judging.Blank.corners((0, 0, -9.3), (47, 33, 0)), {1: (judging.Tool(6.0), 0.0)}
+    )
     found = claims.measure(program, claims.Condition(arc_blends=False), tmp_path, SPEED)[0]
     assert found["finished"] and found["errors"] == [] and found["lost"] == 0
     assert found["peak_10ms"] <= 1.02 and found["over_share"] == 0.0, found["places"]
@@ -144,16 +166,19 @@ def moves(log):
 
 
 def same(one, other):
-    return one.shape == other.shape and np.abs(one - other).max() <= 1e-6       # the log's last digit
+    return one.shape == other.shape and np.abs(one - other).max() <= 1e-6  # the log's last digit
 
 
 def test_a_plain_program_runs_as_without_the_package(tmp_path):
-    """Servo period by servo period; and the comparison sees one sample off by two digits, one missing and one doubled."""
+    """Servo period by servo period; and the comparison sees one sample off by two digits, one missing and one
+    doubled."""
     program, found = tmp_path / "plain.ngc", {}
     program.write_text(PLAIN)
     for package in (True, False):
         log = tmp_path / f"{package}.npz"
-        summary = runner.run_headless(str(program), ini=str(plain_ini(tmp_path, package)), speed=2.0, log=str(log), timeout=300.0)
+        summary = runner.run_headless(
+            str(program), ini=str(plain_ini(tmp_path, package)), speed=2.0, log=str(log), timeout=300.0
+        )
         assert summary["finished"] and summary["errors"] == [], summary
         data = dict(np.load(log))
         assert (np.diff(data["sample"]) == 1).all(), "servo periods lost: no verdict"

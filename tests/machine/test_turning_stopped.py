@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A turned part that is stopped by abort, E-stop or the end of LinuxCNC, and finished by the same program; another part is never mistaken for it."""
+"""A turned part that is stopped by abort, E-stop or the end of LinuxCNC, and finished by the same program; another part
+is never mistaken for it."""
+
 import os
 
 import numpy as np
@@ -18,7 +20,7 @@ from support.turning_oracle import moves
 from support.turning_paths import distances
 
 pytestmark = pytest.mark.machine
-HOME = (100.0, 100.0)           # z, x where configs/lathe.ini begins, and changes tools
+HOME = (100.0, 100.0)  # z, x where configs/lathe.ini begins, and changes tools
 PART = """(WORKPIECE,CYLINDER,AXIS=Z,DIAMETER=30,ZMIN=-60,ZMAX=0.6)
 (LATHE,ROUGH=1,FINISH=2)
 G21 G18 G8 G94 G97 S500 M3
@@ -43,11 +45,17 @@ class Lathe:
         self.begun = [["open", str(self.program)], ["begin"]]
 
     def operate(self, steps, stock=None, ini="lathe.ini"):
-        return operate(self.folder, steps, ini=ini, edit=f"s#^TOOL_GEOMETRY = .*#&\\nTURNING_STOCK = {stock or self.stock}#")
+        return operate(
+            self.folder, steps, ini=ini, edit=f"s#^TOOL_GEOMETRY = .*#&\\nTURNING_STOCK = {stock or self.stock}#"
+        )
 
     def cut(self, count, said="1 face T1"):
-        """Run the program until the task has said something, from when on the file is that of this run, and the file says that so many stages are done."""
-        look = f"for k in $(seq 3000); do [ $(grep -c '\"done\"' {self.stock}) -ge {count} ] && exit 0; sleep 0.1; done; exit 1"
+        """Run the program until the task has said something, from when on the file is that of this run, and the file
+        says that so many stages are done."""
+        look = (
+            f"for k in $(seq 3000); do [ $(grep -c '\"done\"' {self.stock}) -ge {count} ] && exit 0; sleep 0.1; "
+            f"done; exit 1"
+        )
         return [*self.begun, ["messages", said], ["program", "sh", "-c", look]]
 
     def plan(self, stage=None):
@@ -55,7 +63,11 @@ class Lathe:
         ini = os.path.join(ROOT, "configs", "lathe.ini")
         machine, request = Machine(Ini(ini), load_settings(ini), ini), read_request(PART)
         order = make_order(job_of(str(self.program), request, machine), PART, request, machine)
-        plan = resume.choose(order, "", None).plan if stage is None else make_plan(resume.replace(order, blank=resume.blank_of(stage)))
+        plan = (
+            resume.choose(order, "", None).plan
+            if stage is None
+            else make_plan(resume.replace(order, blank=resume.blank_of(stage)))
+        )
         text = f"G0 X{HOME[1]} Z{HOME[0]}\n" + nc.program(plan, request, "part")
         return plan, np.array([HOME, *(p for _, _, points in moves(text, 1.0, HOME, 0.02) for p in points)])
 
@@ -74,14 +86,37 @@ def check_path(log, path):
 
 
 def test_an_aborted_part_is_finished(lathe):
-    """After an abort and after an E-stop the rest is cut, and nothing of what has been cut; a finished part leaves no file."""
+    """After an abort and after an E-stop the rest is cut, and nothing of what has been cut; a finished part leaves no
+    file."""
     keep = ["program", "cp", str(lathe.stock), str(lathe.folder / "kept")]
-    found = lathe.operate([*lathe.cut(4), ["abort"], ["errors"], *AWAY, *lathe.begun, ["messages", "press Resume"], ["position"],
-                           ["until", "spindle.0.on", "=", 0], ["resume"], ["until", "motion.motion-type", "=", 2], ["sleep", 3],
-                           ["estop"], ["on"], keep, *AWAY, ["log", str(lathe.program)], ["messages"], ["position"]], ini="lathe_headless.ini")
+    found = lathe.operate(
+        [
+            *lathe.cut(4),
+            ["abort"],
+            ["errors"],
+            *AWAY,
+            *lathe.begun,
+            ["messages", "press Resume"],
+            ["position"],
+            ["until", "spindle.0.on", "=", 0],
+            ["resume"],
+            ["until", "motion.motion-type", "=", 2],
+            ["sleep", 3],
+            ["estop"],
+            ["on"],
+            keep,
+            *AWAY,
+            ["log", str(lathe.program)],
+            ["messages"],
+            ["position"],
+        ],
+        ini="lathe_headless.ini",
+    )
     assert found[3][0] == 0 and found[5] == []
     asked, place, log, said = found[10], found[11], found[-3], found[-2]
-    assert place == pytest.approx([100.0, 0.0, 100.0], abs=1e-6)            # nothing moves before Resume, and the spindle has stopped
+    assert place == pytest.approx(
+        [100.0, 0.0, 100.0], abs=1e-6
+    )  # nothing moves before Resume, and the spindle has stopped
     assert any("G26: planned from what the step rough outside has left (line 4)" in text for text in asked)
     assert sum("goes on from there; press Resume if it is in the chuck as it was" in text for text in said) == 2
     assert log[0] == [] and found[-1] == pytest.approx([100.0, 0.0, 100.0], abs=1e-6)
@@ -95,19 +130,54 @@ def test_an_aborted_part_is_finished(lathe):
 
 
 def test_another_part_is_never_mistaken_for_it(lathe):
-    """Stop at the question, another WORKPIECE, another work offset, another program: the whole blank, and the reason is said."""
+    """Stop at the question, another WORKPIECE, another work offset, another program: the whole blank, and the reason is
+    said."""
     wider = ["program", "sed", "-i", "s/DIAMETER=30/DIAMETER=32/", str(lathe.program)]
     other = lathe.folder / "other.ngc"
     other.write_text(PART)
     cutting = ["until", "motion.motion-type", "=", 2]
-    found = lathe.operate([*lathe.cut(3), ["abort"], *AWAY, *lathe.begun, ["messages", "press Resume"], ["abort"],
-                           *lathe.cut(3, "nobody has confirmed"), ["abort"], *AWAY,
-                           wider, *lathe.cut(3, "the blank is another one"), ["abort"], *AWAY,
-                           ["mdi", "G10 L2 P1 Z-0.002"], *lathe.cut(3, "the work offset has changed"), ["abort"], *AWAY,
-                           ["open", str(other)], ["begin"], cutting, ["messages", "it is of another program, part.ngc"], ["abort"], ["errors"]])
+    found = lathe.operate(
+        [
+            *lathe.cut(3),
+            ["abort"],
+            *AWAY,
+            *lathe.begun,
+            ["messages", "press Resume"],
+            ["abort"],
+            *lathe.cut(3, "nobody has confirmed"),
+            ["abort"],
+            *AWAY,
+            wider,
+            *lathe.cut(3, "the blank is another one"),
+            ["abort"],
+            *AWAY,
+            ["mdi", "G10 L2 P1 Z-0.002"],
+            *lathe.cut(3, "the work offset has changed"),
+            ["abort"],
+            *AWAY,
+            ["open", str(other)],
+            ["begin"],
+            cutting,
+            ["messages", "it is of another program, part.ngc"],
+            ["abort"],
+            ["errors"],
+        ]
+    )
     said, errors = found[-3], found[-1]
-    for words in ("nobody has confirmed that it is in the chuck", "the blank is another one", "the work offset has changed", "it is of another program, part.ngc"):
-        assert sum(f"G26: the stock of the stopped part is not used: {words}" in text and "the whole blank is planned" in text for text in said) == 1, (words, said)
+    for words in (
+        "nobody has confirmed that it is in the chuck",
+        "the blank is another one",
+        "the work offset has changed",
+        "it is of another program, part.ngc",
+    ):
+        assert (
+            sum(
+                f"G26: the stock of the stopped part is not used: {words}" in text
+                and "the whole blank is planned" in text
+                for text in said
+            )
+            == 1
+        ), (words, said)
     assert sum("press Resume" in text for text in said) == 1 and errors == []
 
 
@@ -128,4 +198,10 @@ def test_a_folder_that_cannot_be_written_does_not_stop_the_program(lathe):
     nowhere = lathe.folder / "missing" / "turning.stock"
     found = lathe.operate([*lathe.begun, ["finish"], ["messages", "will not be known"], ["position"]], nowhere)
     assert found[2] == [] and found[-1] == pytest.approx([100.0, 0.0, 100.0], abs=1e-6)
-    assert sum("G26: the stock of a part that is stopped will not be known: turning.stock: No such file" in text for text in found[-2]) == 1
+    assert (
+        sum(
+            "G26: the stock of a part that is stopped will not be known: turning.stock: No such file" in text
+            for text in found[-2]
+        )
+        == 1
+    )

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """M256 in chipwise-monitor: the set-up goes into the table whole, or the reply says why not."""
+
 import ctypes as C
 import math
 import types
@@ -17,7 +18,10 @@ from chipwise.settings import parse_settings
 from chipwise.stock import reasons
 from chipwise.stock.clamp_table import SIZE, ClampTable
 
-SET_UP = "[set_up.2.clamp.jaw]\nbox = [40, -12, -20, 60, -2, 8]\n[set_up.2.clamp.stop]\ncylinder = [0, 60, -20, 30, 10]\n[set_up.3]\n"
+SET_UP = (
+    "[set_up.2.clamp.jaw]\nbox = [40, -12, -20, 60, -2, 8]\n[set_up.2.clamp.stop]\n"
+    "cylinder = [0, 60, -20, 30, 10]\n[set_up.3]\n"
+)
 
 
 class Pins(dict):
@@ -44,7 +48,12 @@ def machine(tmp_path):
     path.write_text(SET_UP)
     memory = bytearray(SIZE)
     pins = Pins(memory)
-    return clamps_in_force.ClampsInForce(pins, parse_settings({"CLAMPS": str(path), "CLAMP_CLEARANCE": "1.5"})), pins, ClampTable(memory, 0), path
+    return (
+        clamps_in_force.ClampsInForce(pins, parse_settings({"CLAMPS": str(path), "CLAMP_CLEARANCE": "1.5"})),
+        pins,
+        ClampTable(memory, 0),
+        path,
+    )
 
 
 def test_a_set_up_and_none(machine):
@@ -53,7 +62,16 @@ def test_a_set_up_and_none(machine):
     found = pins.clamps.table
     assert (found.count, found.clearance) == (2, 1.5)
     jaw, stop = found.clamp[0], found.clamp[1]
-    assert (jaw.x, jaw.y, jaw.half_x, jaw.half_y, jaw.top, jaw.cosine, jaw.sine, jaw.is_round) == (50, -7, 10, 5, 8, 1, 0, 0)
+    assert (jaw.x, jaw.y, jaw.half_x, jaw.half_y, jaw.top, jaw.cosine, jaw.sine, jaw.is_round) == (
+        50,
+        -7,
+        10,
+        5,
+        8,
+        1,
+        0,
+        0,
+    )
     assert (stop.x, stop.y, stop.half_x, stop.half_y, stop.top, stop.is_round) == (0, 60, 5, 5, 30, 1)
     assert clamps.name(2) == "clamp stop of set-up 2" and clamps.name(3) == "clamp 3 of the set-up in force"
     for number in (3, 0):
@@ -78,7 +96,9 @@ def test_a_tracker_that_does_not_answer_holds_nobody_up(machine):
     """The monitor goes on with its work, its heartbeat above all, and has the answer when it comes."""
     clamps, pins, table, _path = machine
     pins.takes = False
-    assert clamps.put(table, 2) == reasons.BUSY and clamps.waits and clamps.look() == reasons.BUSY and clamps.names == ()
+    assert (
+        clamps.put(table, 2) == reasons.BUSY and clamps.waits and clamps.look() == reasons.BUSY and clamps.names == ()
+    )
     pins.takes = True
     assert clamps.look() == reasons.DONE and not clamps.waits and clamps.name(1) == "clamp jaw of set-up 2"
 
@@ -152,7 +172,12 @@ def test_clamps_of_the_program_beside_those_of_m256(machine):
     assert clamps.put(table, 3) == reasons.DONE and names(clamps, pins, table) == ("a", "b", "j") and not clamps.dropped
     pins["program-running"] = True
     clamps.put(table, 2)
-    assert names(clamps, pins, table) == (*vice, "b") and clamps.dropped == {"comments", "job"} and clamps.has("comments") and not clamps.has("job")
+    assert (
+        names(clamps, pins, table) == (*vice, "b")
+        and clamps.dropped == {"comments", "job"}
+        and clamps.has("comments")
+        and not clamps.has("job")
+    )
     clamps.put(table, 0)
     assert names(clamps, pins, table) == ()
     pins["program-running"] = False
@@ -177,7 +202,9 @@ def test_clamps_that_the_tracker_refuses_are_not_kept(machine, monkeypatch):
     pins.clamps.refused = 0
     assert clamps.lay(table, "comments", [(0, clamp(0.0, "a"))]) == reasons.DONE
     assert names(clamps, pins, table) == ("clamp jaw of set-up 2", "clamp stop of set-up 2", "a")
-    assert clamps.lay(table, "job", [(0, clamp(60.0))] * 98) == reasons.NO_CLAMPS and len(names(clamps, pins, table)) == 3
+    assert (
+        clamps.lay(table, "job", [(0, clamp(60.0))] * 98) == reasons.NO_CLAMPS and len(names(clamps, pins, table)) == 3
+    )
     assert clamps.lay(None, "job", []) == reasons.NOT_TAKEN
 
 
@@ -191,12 +218,22 @@ def test_a_monitor_that_takes_over_keeps_what_is_in_the_table(machine):
     assert second.lay(table, "comments", [(0, clamp(0.0, "a"))]) == reasons.DONE
     assert names(second, pins, table) == ("clamp 1 of the set-up in force", "clamp 2 of the set-up in force", "a")
     found = pins.clamps.table
-    assert (found.clamp[1].x, found.clamp[1].y, found.clamp[1].half_x, found.clamp[1].top, found.clamp[1].is_round) == (0, 60, 5, 30, 1)
+    assert (found.clamp[1].x, found.clamp[1].y, found.clamp[1].half_x, found.clamp[1].top, found.clamp[1].is_round) == (
+        0,
+        60,
+        5,
+        30,
+        1,
+    )
     second.lay(table, "comments", [])
     assert len(names(second, pins, table)) == 2
 
 
 def test_the_message():
     said = clamp_text("clamp jaw of set-up 2", 1, 3.1, 57, 3, "mm")
-    assert said.startswith("move stopped 3.10 mm before the holder comes too near to clamp jaw of set-up 2 (line 57, tool 3); press Stop")
-    assert clamp_text("clamp 1", 0, 0.5, 0, 3, "in").startswith("move stopped 0.5000 in before the tool or its shank comes too near to clamp 1 (MDI, tool 3);")
+    assert said.startswith(
+        "move stopped 3.10 mm before the holder comes too near to clamp jaw of set-up 2 (line 57, tool 3); press Stop"
+    )
+    assert clamp_text("clamp 1", 0, 0.5, 0, 3, "in").startswith(
+        "move stopped 0.5000 in before the tool or its shank comes too near to clamp 1 (MDI, tool 3);"
+    )

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""CLAMP comments of the loaded program (monitor/comment_clamps.py) without a LinuxCNC, and the process that reads them."""
+"""CLAMP comments of the loaded program (monitor/comment_clamps.py) without a LinuxCNC, and the process that reads
+them."""
 
 import os
 import types
@@ -16,9 +17,21 @@ from support.check_runs import mill_with_tools
 from support.reading import Reading
 
 LINUXCNC = types.SimpleNamespace(INTERP_IDLE=1, stat=None, error=OSError)
-PLACE = {"index": 1, "offset": [0.0, 0.0, 0.0], "g92": [0.0, 0.0, 0.0], "turn": 0.0, "tool": 1, "codes": "G17 G21", "block_delete": False}
+PLACE = {
+    "index": 1,
+    "offset": [0.0, 0.0, 0.0],
+    "g92": [0.0, 0.0, 0.0],
+    "turn": 0.0,
+    "tool": 1,
+    "codes": "G17 G21",
+    "block_delete": False,
+}
 JAW = "(CLAMP,BOX,XMIN=40,YMIN=-12,ZMIN=-20,XMAX=60,YMAX=-2,ZMAX=8)\n"
-PART = "G90 G17\n(clamp, left side first)\n" + JAW + "G21 G54\nG0 X0 Y0 Z50\nM256 P2\n(CLAMP,CYLINDER,X=80,Y=75,ZMIN=-20,ZMAX=8,DIAMETER=10)\nG0 X1\n"
+PART = (
+    "G90 G17\n(clamp, left side first)\n"
+    + JAW
+    + "G21 G54\nG0 X0 Y0 Z50\nM256 P2\n(CLAMP,CYLINDER,X=80,Y=75,ZMIN=-20,ZMAX=8,DIAMETER=10)\nG0 X1\n"
+)
 FOUND = [[0, 0, 0.0, [40.0, -12.0, -20.0], [60.0, -2.0, 8.0], "the clamp of line 3"]]
 
 
@@ -45,22 +58,39 @@ def test_where_they_are_on_the_machine(mill, tmp_path):
 def test_a_program_with_a_sub_is_read_to_its_end(mill, tmp_path):
     path = tmp_path / "part.ngc"
     assert answered(mill, path, PART + "M2\n")["clamps"] and comment_process.last_line(str(path)) == 7
-    text = "o100 sub\n(CLAMP,CYLINDER,X=#1,Y=75,ZMIN=-20,ZMAX=8,DIAMETER=10)\no100 endsub\n" + JAW + "G21 G0 X0 Y0 Z50\no100 call [3]\n"
+    text = (
+        "o100 sub\n(CLAMP,CYLINDER,X=#1,Y=75,ZMIN=-20,ZMAX=8,DIAMETER=10)\no100 endsub\n"
+        + JAW
+        + "G21 G0 X0 Y0 Z50\no100 call [3]\n"
+    )
     path.write_text(text)
     assert comment_process.last_line(str(path)) is None
 
 
-@pytest.mark.parametrize("text, said", [(JAW.replace("XMIN", "XMINE") + "G0 X0\nM2\n", "BOX lacks XMIN"), (JAW.strip() + " (no)\nG0 X0\nM2\n", "another comment is behind")])
+@pytest.mark.parametrize(
+    "text, said",
+    [
+        (JAW.replace("XMIN", "XMINE") + "G0 X0\nM2\n", "BOX lacks XMIN"),
+        (JAW.strip() + " (no)\nG0 X0\nM2\n", "another comment is behind"),
+    ],
+)
 def test_a_comment_that_is_wrong(mill, tmp_path, text, said):
     with pytest.raises(Unreadable, match=said):
         answered(mill, tmp_path / "part.ngc", "G21\n" + text)
 
 
-@pytest.mark.parametrize("error, why", [(Unreadable("line 3 is bent", "straighten it"), "line 3 is bent; straighten it"), (CycleError("it is bent", "straighten it"), "it is bent; straighten it")])
+@pytest.mark.parametrize(
+    "error, why",
+    [
+        (Unreadable("line 3 is bent", "straighten it"), "line 3 is bent; straighten it"),
+        (CycleError("it is bent", "straighten it"), "it is bent; straighten it"),
+    ],
+)
 def test_a_refusal_is_the_answer(error, why):
     def answer(order, folder):
         assert order == "order" and os.path.isdir(folder)
         raise error
+
     assert asked.reasoned(answer, "order", "clamps") == {"why": why}
     assert asked.reasoned(lambda order, _folder: order, "order", "clamps") == "order"
 
@@ -75,11 +105,14 @@ def make_scene(tmp_path, monkeypatch):
     monkeypatch.setattr(module.loaded, "scene", lambda _status: PLACE)
     pins, said = {"program-running": False, "request": 0}, []
     files = types.SimpleNamespace(stock=object(), laid=[])
-    files.clamps = types.SimpleNamespace(dropped=set(), reply=reasons.DONE, waits=False, has=lambda _source: bool(files.laid and files.laid[-1]))
+    files.clamps = types.SimpleNamespace(
+        dropped=set(), reply=reasons.DONE, waits=False, has=lambda _source: bool(files.laid and files.laid[-1])
+    )
 
     def lay(_source, clamps):
         files.laid.append([clamp.name for _after, clamp in clamps])
         return files.clamps.reply
+
     files.lay_clamps = lay
     clamps = module.CommentClamps(pins, files, "mill.ini", said.append)
     clamps.reading = Reading()
@@ -87,6 +120,7 @@ def make_scene(tmp_path, monkeypatch):
     def look(times=2):
         for _ in range(times):
             clamps.follow(LINUXCNC, status)
+
     return clamps, pins, status, look, said
 
 
@@ -103,7 +137,9 @@ def test_they_are_in_force_from_the_opening_to_that_of_another_program(scene, tm
     assert clamps.files.laid == [["the clamp of line 3"]] and not clamps.has_read(status.file) and not said
     clamps.files.clamps.reply = reasons.DONE
     look()
-    assert clamps.has_read(status.file) and said == ["part.ngc: 1 clamp of its comments: the machine stops before a move comes too near"]
+    assert clamps.has_read(status.file) and said == [
+        "part.ngc: 1 clamp of its comments: the machine stops before a move comes too near"
+    ]
     status.interp_state, pins["program-running"] = 2, True
     clamps.files.clamps.dropped = {"comments"}
     look()
@@ -116,7 +152,9 @@ def test_they_are_in_force_from_the_opening_to_that_of_another_program(scene, tm
     (tmp_path / "other.ngc").write_text("G0 X1\nM2\n")
     status.file = str(tmp_path / "other.ngc")
     look()
-    assert clamps.files.laid[-1] == [] and clamps.has_read(status.file) and clamps.reading.order["program"] != status.file
+    assert (
+        clamps.files.laid[-1] == [] and clamps.has_read(status.file) and clamps.reading.order["program"] != status.file
+    )
 
 
 def test_a_run_that_begins_before_they_are_read(scene):
@@ -125,13 +163,22 @@ def test_a_run_that_begins_before_they_are_read(scene):
     look()
     status.interp_state, pins["program-running"] = 2, True
     look()
-    assert said == ["part.ngc has begun before the clamps of its comments were read, so they are not in force yet"] and not clamps.files.laid
+    assert (
+        said == ["part.ngc has begun before the clamps of its comments were read, so they are not in force yet"]
+        and not clamps.files.laid
+    )
     clamps.reading.answer = {"why": "", "clamps": FOUND}
     look()
     assert clamps.files.laid == [["the clamp of line 3"]] and "1 clamp of its comments" in said[-1]
 
 
-@pytest.mark.parametrize("why, reply, wanted", [("XMIN is not a number (line 3)", reasons.DONE, "not in force: XMIN is not a number"), ("", reasons.NOT_TAKEN, "not in force: the stock tracker does not take")])
+@pytest.mark.parametrize(
+    "why, reply, wanted",
+    [
+        ("XMIN is not a number (line 3)", reasons.DONE, "not in force: XMIN is not a number"),
+        ("", reasons.NOT_TAKEN, "not in force: the stock tracker does not take"),
+    ],
+)
 def test_why_they_are_not_in_force(scene, why, reply, wanted):
     clamps, _pins, status, look, said = scene
     look()

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Whether the loaded program has been read, and whose the stock is (monitor/known.py), and what of it an assumed stock says (monitor/shadow.py)."""
+"""Whether the loaded program has been read, and whose the stock is (monitor/known.py), and what of it an assumed stock
+says (monitor/shadow.py)."""
 
 import types
 
@@ -16,21 +17,36 @@ LINUXCNC = types.SimpleNamespace(INTERP_IDLE=1, error=OSError, stat=None)
 
 def shown(shadow=True, set_up=True, clamps=True, claims=False, has_stock=False, path=PART, **pins):
     """The two pins."""
-    pins = dict.fromkeys(("stock-defined", "certain"), False) | {name.replace("_", "-"): value for name, value in pins.items()}
-    known.show(pins, path, types.SimpleNamespace(has_read=lambda _path: shadow), types.SimpleNamespace(has_read=lambda _path: set_up, claims=claims, has_stock=lambda: has_stock),
-               types.SimpleNamespace(has_read=lambda _path: clamps))
+    pins = dict.fromkeys(("stock-defined", "certain"), False) | {
+        name.replace("_", "-"): value for name, value in pins.items()
+    }
+    known.show(
+        pins,
+        path,
+        types.SimpleNamespace(has_read=lambda _path: shadow),
+        types.SimpleNamespace(has_read=lambda _path: set_up, claims=claims, has_stock=lambda: has_stock),
+        types.SimpleNamespace(has_read=lambda _path: clamps),
+    )
     return pins[known.PROGRAM_READ], known.SOURCES[pins[known.STOCK_SOURCE]]
 
 
 def test_all_have_read_it():
     assert shown()[0] == known.checksum(PART) > 0
     assert shown(shadow=False)[0] == shown(set_up=False)[0] == shown(clamps=False)[0] == shown(path="")[0] == 0
-    assert shown(shadow=False, claims=True)[0] == known.checksum(PART)          # a set-up: nothing is assumed
+    assert shown(shadow=False, claims=True)[0] == known.checksum(PART)  # a set-up: nothing is assumed
 
 
 def test_whose_the_stock_is():
-    assert [shown(has_stock=job, stock_defined=defined, certain=certain)[1] for defined, certain, job in
-            ((False, False, False), (False, True, True), (True, False, False), (True, True, False), (True, True, True))] == [None, None, "assumed", "program", "job"]
+    assert [
+        shown(has_stock=job, stock_defined=defined, certain=certain)[1]
+        for defined, certain, job in (
+            (False, False, False),
+            (False, True, True),
+            (True, False, False),
+            (True, True, False),
+            (True, True, True),
+        )
+    ] == [None, None, "assumed", "program", "job"]
 
 
 @pytest.fixture(name="scene")
@@ -50,6 +66,7 @@ def make_scene(tmp_path, monkeypatch):
     def look(times=1):
         for _ in range(times):
             shadow.follow(LINUXCNC, status)
+
     return shadow, pins, look, said
 
 
@@ -94,20 +111,34 @@ def test_a_stock_that_is_known_keeps_nobody_waiting(scene):
     assert shadow.has_read(shadow.loaded[0]) and not shadow.written_to
 
 
-@pytest.mark.parametrize("answers, certain, said_at_end", [((False, False, True), False, "a stock is assumed"), ((False,) * 9, False, "does not hand over its map"), ((False,) * 9, True, "")])
+@pytest.mark.parametrize(
+    "answers, certain, said_at_end",
+    [
+        ((False, False, True), False, "a stock is assumed"),
+        ((False,) * 9, False, "does not hand over its map"),
+        ((False,) * 9, True, ""),
+    ],
+)
 def test_a_tracker_that_does_not_take_the_stock_is_asked_again(tmp_path, monkeypatch, answers, certain, said_at_end):
-    """On a busy computer it answers late; three times, then a sentence.  Where it has a certain stock by now nothing is said."""
+    """On a busy computer it answers late; three times, then a sentence.  Where it has a certain stock by now nothing is
+    said."""
     monkeypatch.setattr(saying, "Quiet", lambda *_: lambda: True)
     pins, said = dict.fromkeys(("stock-defined", "certain", "request", "new-part", "parts"), 0), []
     files = types.SimpleNamespace(stock=types.SimpleNamespace(bounds=(0.1, 0.5), capacity=1_000_000))
     shadow = module.Shadow(pins, parse_settings({}), files, str(tmp_path / "mill.ini"), said.append)
     shadow.loaded, given, answers = (PART, (1,), (1,)), [], iter(answers)
-    shadow.wanted = BOX | {"to_machine": [0.0, (0.0,) * 3, (0.0,) * 3], "tools": {}, "spindle": None, "text": "its path"}
+    shadow.wanted = BOX | {
+        "to_machine": [0.0, (0.0,) * 3, (0.0,) * 3],
+        "tools": {},
+        "spindle": None,
+        "text": "its path",
+    }
 
     def put(*found):
         given.append(found)
         pins["stock-defined"] = pins["certain"] = certain
         return next(answers)
+
     monkeypatch.setattr(shadow, "_put", put)
     while shadow.wanted is not None:
         answer, shadow.wanted = shadow.wanted, None

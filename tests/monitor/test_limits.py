@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The pins of chipwise-monitor for material and spindle."""
+
 import math
 from types import SimpleNamespace
 
@@ -55,12 +56,17 @@ def test_what_is_not_known_is_said_once():
 
 
 def test_the_material_of_a_set_up_while_it_is_in_force():
-    """Comment, set-up, INI; nothing is said to lack before the set-up was read, nor of a default chip that waits to be said."""
+    """Comment, set-up, INI; nothing is said to lack before the set-up was read, nor of a default chip that waits to be
+    said."""
     watch, pins, _said = limits(SPINDLE_POWER="800")
     opened(watch, b"G0 X0", is_read=False)
     watch.default_chip(3, Tool(6.0, cutting=Cutting(flutes=2)), 1.0)
     watch.set_up("C45", True)
-    assert not watch.saying.texts and (pins["specific-force"], pins["force-exponent"]) == (1500, 0.22) and watch.material.name == "C45"
+    assert (
+        not watch.saying.texts
+        and (pins["specific-force"], pins["force-exponent"]) == (1500, 0.22)
+        and watch.material.name == "C45"
+    )
     assert watch.default_chip(3, Tool(6.0, cutting=Cutting(flutes=2)), 1.0) == 0.025
     watch.set_up("C45", True)
     assert watch.saying.texts == [DEFAULT.format(tool=3, chip=0.025, material="C45")]
@@ -71,7 +77,7 @@ def test_the_material_of_a_set_up_while_it_is_in_force():
     watch, pins, _said = limits(MATERIAL="6061")
     opened(watch, b"", "C45")
     assert watch.material.name == "C45"
-    watch.program(b"")                                      # another one, without a set-up
+    watch.program(b"")  # another one, without a set-up
     assert watch.material.name == "6061" and not watch.saying.texts
     watch.set_up("unobtainium", True)
     assert "the material unobtainium is not known" in watch.saying.texts[0] and pins["specific-force"] == 0.0
@@ -87,7 +93,8 @@ def test_the_power_of_the_spindle():
 
 @pytest.mark.parametrize("turns", [500, 4000, 7600, 7700, 15000, -24000])
 def test_the_spindle_below_and_above_its_base_speed(monkeypatch, tmp_path, turns):
-    """From the INI to the feed in a slot of D10: 1 Nm up to 800 W / (2 pi 1 Nm) = 7639 1/min and 800 W above, at the edges one by one."""
+    """From the INI to the feed in a slot of D10: 1 Nm up to 800 W / (2 pi 1 Nm) = 7639 1/min and 800 W above, at the
+    edges one by one."""
     torque, power, depth, flutes = 1.0, 800.0, 3.0, 3
     (tmp_path / "mill.ini").write_text("[TRAJ]\nLINEAR_UNITS = mm\n")
     monkeypatch.setenv("INI_FILE_NAME", str(tmp_path / "mill.ini"))
@@ -96,7 +103,11 @@ def test_the_spindle_below_and_above_its_base_speed(monkeypatch, tmp_path, turns
     watch.program(b"")
     watch.speed(turns)
     values = given(kind=2, requested=500.0, programmed=500.0, target=1e9, area=30.0, teeth=flutes, turns=turns / 60.0)
-    values.max_power_w, values.specific_force_n_mm2, values.force_exponent_mc = pins["max-power"], pins["specific-force"], pins["force-exponent"]
+    values.max_power_w, values.specific_force_n_mm2, values.force_exponent_mc = (
+        pins["max-power"],
+        pins["specific-force"],
+        pins["force-exponent"],
+    )
     values.max_torque_nm = feed_parameters(Ini(), parse_settings(keys), 1.0, 500.0)["max-torque"]
     stock = core.Stock((-16.0, -16.0, -10.0), (16.0, 16.0, 0.0), 0.25)
     mc = pins["force-exponent"]
@@ -123,7 +134,20 @@ def test_a_torque_without_a_material_is_said():
     assert said == [NO_MATERIAL]
 
 
-@pytest.mark.parametrize("text", ["0", "-5", "x", "6000:", "6000:400 6000:500", "9000:1 6000:2", "nan", "6000:0", " ".join(f"{k}000:100" for k in range(1, 10))])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "0",
+        "-5",
+        "x",
+        "6000:",
+        "6000:400 6000:500",
+        "9000:1 6000:2",
+        "nan",
+        "6000:0",
+        " ".join(f"{k}000:100" for k in range(1, 10)),
+    ],
+)
 def test_powers_that_are_none(text):
     with pytest.raises(CycleError, match=r"SPINDLE_POWER = .* is not a power above 0"):
         parse_settings({"SPINDLE_POWER": text})
@@ -138,7 +162,15 @@ def test_the_chip_of_a_tool(tmp_path):
 def test_m251_without_q_where_no_limit_is_known():
     """Said once; not with a rate, nor for a stock that is not known."""
     told, pins = [], {"fault": 0, "ready": 1, "certain": 1, "mode": 2, "mrr-target": 6000.0, "tool-number": 3}
-    look = SimpleNamespace(component=pins, falling_back=lambda now: now > 0, said_fault=0, said_tool=None, said_fallback=False, say=told.append, inform=told.append)
+    look = SimpleNamespace(
+        component=pins,
+        falling_back=lambda now: now > 0,
+        said_fault=0,
+        said_tool=None,
+        said_fallback=False,
+        say=told.append,
+        inform=told.append,
+    )
     for now in (0.0, 1.0, 2.0):
         worker.Monitor.follow_faults(look, now)
     assert told == []
@@ -159,23 +191,49 @@ def test_the_default_chip_of_a_tool():
     watch.program(b"G0 X0")
     assert watch.default_chip(3, tool, 1.0) == 0.0 and not said
     watch.program(b"(MATERIAL,NAME=6061)")
-    assert [watch.default_chip(3, one, units) for one, units in ((tool, 1.0), (tool, 1.0), (Tool(6.0), 1.0), (Tool(), 1.0), (Tool(6.0 / 25.4, cutting=Cutting(flutes=2)), 1 / 25.4))] == [0.05, 0.05, 0.0, 0.0, 0.05]
+    assert [
+        watch.default_chip(3, one, units)
+        for one, units in (
+            (tool, 1.0),
+            (tool, 1.0),
+            (Tool(6.0), 1.0),
+            (Tool(), 1.0),
+            (Tool(6.0 / 25.4, cutting=Cutting(flutes=2)), 1 / 25.4),
+        )
+    ] == [0.05, 0.05, 0.0, 0.0, 0.05]
     assert watch.saying.texts == [DEFAULT.format(tool=3, chip=0.05, material="6061")]
     watch, _pins, said = limits(MATERIAL="6061", DEFAULT_CHIP="no")
     watch.program(b"G0 X0")
     assert watch.default_chip(3, tool, 1.0) == 0.0 and not said
 
 
-@pytest.mark.parametrize("name, diameter, chip", [("6061", 3.0, 0.025), ("6061", 12.0, 0.1), ("C45", 6.0, 0.025), ("GG20", 6.0, 0.025), ("1.4301", 10.0, 0.0333), ("TiAl6V4", 10.0, 0.025), ("6061", 50.0, 0.1)])
+@pytest.mark.parametrize(
+    "name, diameter, chip",
+    [
+        ("6061", 3.0, 0.025),
+        ("6061", 12.0, 0.1),
+        ("C45", 6.0, 0.025),
+        ("GG20", 6.0, 0.025),
+        ("1.4301", 10.0, 0.0333),
+        ("TiAl6V4", 10.0, 0.025),
+        ("6061", 50.0, 0.1),
+    ],
+)
 def test_default_chips(name, diameter, chip):
     assert default_chip(diameter, 2, find_material(name)) == chip
-    assert default_chip(diameter, 2, Material("own", "", 300.0, 0.2)) == 0.0 and default_chip(math.nan, 2, find_material(name)) == 0.0
+    assert (
+        default_chip(diameter, 2, Material("own", "", 300.0, 0.2)) == 0.0
+        and default_chip(math.nan, 2, find_material(name)) == 0.0
+    )
 
 
 def test_chip_load_goes_before_the_default(tmp_path):
     settings = parse_settings({})
     assert chip_limit(6.0, ToolGeometry(flutes=2, chip_load=0.2), find_material("6061"), settings) == 0.2
-    assert chip_limit(6.0, ToolGeometry(flutes=2), find_material("6061"), settings) == 0.05 and chip_limit(6.0, None, find_material("6061"), settings) == 0.0
+    assert (
+        chip_limit(6.0, ToolGeometry(flutes=2), find_material("6061"), settings) == 0.05
+        and chip_limit(6.0, None, find_material("6061"), settings) == 0.0
+    )
     assert chip_limit(6.0, ToolGeometry(flutes=2), find_material("6061"), parse_settings({"DEFAULT_CHIP": "no"})) == 0.0
 
 
@@ -187,8 +245,12 @@ def bent(tmp_path, text, number=3, diameter=6.0):
 def test_the_bending_of_a_tool(tmp_path):
     """0.02 mm of 6 mm carbide that sticks out 30 mm: 3 E I / L^3 by hand; in inches the same."""
     shape = bent(tmp_path, 'flutes = 2\nstick_out = 30\nmaterial = "carbide"\ndeflection = 0.02\n')
-    stiff = 3.0 * 580e3 * math.pi * 6.0 ** 4 / 64.0 / 30.0 ** 3
-    assert shape.shank.stiffness == pytest.approx(stiff) and shape.shank.max_force == pytest.approx(0.02 * stiff) and shape.shank.unbent == ""
+    stiff = 3.0 * 580e3 * math.pi * 6.0**4 / 64.0 / 30.0**3
+    assert (
+        shape.shank.stiffness == pytest.approx(stiff)
+        and shape.shank.max_force == pytest.approx(0.02 * stiff)
+        and shape.shank.unbent == ""
+    )
     inch = tool_shape(3, 6.0 / 25.4, str(tmp_path / "tools.toml"), 1.0 / 25.4)
     assert inch.shank.max_force == pytest.approx(shape.shank.max_force)
 

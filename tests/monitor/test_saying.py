@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What set-up and shadow have for the operator (monitor/saying.py)."""
+
 import pytest
 
 from chipwise.monitor import saying
@@ -22,7 +23,7 @@ def test_it_waits_until_it_is_quiet(voice):
     quiet.append(True)
     one.speak(None)
     one.speak(None)
-    assert shown == ["first", "second \\udcff"]            # a name that is not UTF-8
+    assert shown == ["first", "second \\udcff"]  # a name that is not UTF-8
 
 
 def test_the_same_again_is_not_said(voice):

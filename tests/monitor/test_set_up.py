@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The set-up of the loaded program (monitor/set_up.py) without a LinuxCNC, and its process (setup/job_process.py): whatever is there, a sentence and
-nothing applied."""
+"""The set-up of the loaded program (monitor/set_up.py) without a LinuxCNC, and its process (setup/job_process.py):
+whatever is there, a sentence and nothing applied."""
 
 import hashlib
 import types
@@ -18,24 +18,57 @@ from chipwise.setup.job import Job, JobTool, text_of
 from support.check_runs import mill_with_tools
 
 SLOT = "G21 G90 G94 G17\nT1 M6\nS8000 M3\nG55 G0 X-10 Y30 Z5\nG0 Z-4\nG1 X110 F400\nG0 Z5\nM2\n"
-LINUXCNC = types.SimpleNamespace(INTERP_IDLE=1, MODE_MANUAL=1, MODE_AUTO=2, MODE_MDI=3, STATE_ON=4, stat=None, error=OSError)
-PLACE = {"index": 1, "offset": [0.0, 0.0, 0.0], "g92": [0.0, 0.0, 0.0], "turn": 0.0, "tool": 1, "codes": "G17 G21", "block_delete": False}
+LINUXCNC = types.SimpleNamespace(
+    INTERP_IDLE=1, MODE_MANUAL=1, MODE_AUTO=2, MODE_MDI=3, STATE_ON=4, stat=None, error=OSError
+)
+PLACE = {
+    "index": 1,
+    "offset": [0.0, 0.0, 0.0],
+    "g92": [0.0, 0.0, 0.0],
+    "turn": 0.0,
+    "tool": 1,
+    "codes": "G17 G21",
+    "block_delete": False,
+}
 TOOLS = {"1": [6.0, 3000.0, 2.0], "2": [3.0, None, 1.0]}
-ANSWER = {"why": "", "material": "", "low": [0, 0, -9], "high": [9, 9, 0], "to_machine": None, "text": "from a to b", "tools": TOOLS, "air": False, "keeps_f": "", "clamps": []}
+ANSWER = {
+    "why": "",
+    "material": "",
+    "low": [0, 0, -9],
+    "high": [9, 9, 0],
+    "to_machine": None,
+    "text": "from a to b",
+    "tools": TOOLS,
+    "air": False,
+    "keeps_f": "",
+    "clamps": [],
+}
 JAW = [0, 90.0, [0.0, 0.0, -9.0], [5.0, 5.0, 9.0], "clamp jaw of the set-up of part.ngc"]
 
 
 def job_of(path, **changes):
     """A program's job file beside it; changes: of its Job."""
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    fields = {"program": path.name, "digest": digest, "low": (0.0, 0.0, -20.0), "high": (100.0, 60.0, 0.0), "source": "option", "material": "",
-              "tools": {1: JobTool(6.0, 3000.0, 2.0)}}
+    fields = {
+        "program": path.name,
+        "digest": digest,
+        "low": (0.0, 0.0, -20.0),
+        "high": (100.0, 60.0, 0.0),
+        "source": "option",
+        "material": "",
+        "tools": {1: JobTool(6.0, 3000.0, 2.0)},
+    }
     path.with_name(path.stem + ".job.toml").write_text(text_of(Job(**(fields | changes))))
 
 
 def answered(tmp_path, program, ini=None):
     """What the process answers."""
-    order = {"ini": str(ini or mill_with_tools(tmp_path)), "program": str(program), "job": str(program.with_name(program.stem + ".job.toml")), "scene": PLACE}
+    order = {
+        "ini": str(ini or mill_with_tools(tmp_path)),
+        "program": str(program),
+        "job": str(program.with_name(program.stem + ".job.toml")),
+        "scene": PLACE,
+    }
     return job_process.answer(order, str(tmp_path))
 
 
@@ -51,22 +84,36 @@ def test_the_stock_lies_where_the_first_move_is(tmp_path, part):
     """In G55, which the program chooses, not in G54."""
     machine = mill_with_tools(tmp_path)
     found = answered(tmp_path, part, machine)
-    assert found["why"] == "" and found["tools"] == {1: [6.0, 3000.0, 2.0]} and found["text"] == "from 0 0 -20 to 100 60 0 mm"
+    assert (
+        found["why"] == ""
+        and found["tools"] == {1: [6.0, 3000.0, 2.0]}
+        and found["text"] == "from 0 0 -20 to 100 60 0 mm"
+    )
     turn, offset, g92 = found["to_machine"]
     assert turn == 0 and list(g92)[:3] == [0, 0, 0] and len(offset) == 3
     job_of(part, source="program")
     assert answered(tmp_path, part, machine)["to_machine"] is None
 
 
-@pytest.mark.parametrize("spoil, said", [
-    (lambda p: p.write_text(SLOT + "\n"), "was changed since it was set up"),
-    (lambda p: job_of(p, program="other.ngc"), "is the set-up of other.ngc"),
-    (lambda p: p.with_name("part.job.toml").write_text("]["), "it is not TOML"),
-    (lambda p: p.with_name("part.job.toml").write_bytes(b"\0\xff" * 99), "it is not UTF-8"),
-    (lambda p: (p.with_name("part.job.toml").rename(p.with_name("x")), p.with_name("part.job.toml").symlink_to(p.with_name("x"))), "is a link"),
-    (lambda p: (p.with_name("part.job.toml").unlink(), p.with_name("part.job.toml").mkdir()), "cannot be read"),
-    (lambda p: p.with_name("part.job.toml").unlink(), "it is not there any more"),
-    (lambda p: p.unlink(), "the program cannot be read")])
+@pytest.mark.parametrize(
+    "spoil, said",
+    [
+        (lambda p: p.write_text(SLOT + "\n"), "was changed since it was set up"),
+        (lambda p: job_of(p, program="other.ngc"), "is the set-up of other.ngc"),
+        (lambda p: p.with_name("part.job.toml").write_text("]["), "it is not TOML"),
+        (lambda p: p.with_name("part.job.toml").write_bytes(b"\0\xff" * 99), "it is not UTF-8"),
+        (
+            lambda p: (
+                p.with_name("part.job.toml").rename(p.with_name("x")),
+                p.with_name("part.job.toml").symlink_to(p.with_name("x")),
+            ),
+            "is a link",
+        ),
+        (lambda p: (p.with_name("part.job.toml").unlink(), p.with_name("part.job.toml").mkdir()), "cannot be read"),
+        (lambda p: p.with_name("part.job.toml").unlink(), "it is not there any more"),
+        (lambda p: p.unlink(), "the program cannot be read"),
+    ],
+)
 def test_a_sentence_and_no_set_up(tmp_path, part, spoil, said):
     spoil(part)
     found = answered(tmp_path, part)
@@ -104,10 +151,35 @@ class Reading:
 @pytest.fixture(name="scene")
 def make_scene(tmp_path, part, monkeypatch):
     """(SetUp, its pins, the status, the command, what was said)."""
-    status = types.SimpleNamespace(file=str(part), interp_state=1, queue=0, inpos=True, adaptive_feed_enabled=False, task_mode=1, task_state=4, poll=lambda: None)
-    pins = dict.fromkeys(("program-running", "job", "job-stock", "job-target", "job-active", "job-waits", "run-end", "certain", "stock-defined", "request"), 0)
+    status = types.SimpleNamespace(
+        file=str(part),
+        interp_state=1,
+        queue=0,
+        inpos=True,
+        adaptive_feed_enabled=False,
+        task_mode=1,
+        task_state=4,
+        poll=lambda: None,
+    )
+    pins = dict.fromkeys(
+        (
+            "program-running",
+            "job",
+            "job-stock",
+            "job-target",
+            "job-active",
+            "job-waits",
+            "run-end",
+            "certain",
+            "stock-defined",
+            "request",
+        ),
+        0,
+    )
     files = types.SimpleNamespace(stock=None, kept_is_due=False, count=lambda: 0, emptied=0, laid=[])
-    files.clamps = types.SimpleNamespace(dropped=set(), reply=reasons.DONE, has=lambda source: bool(files.laid and files.laid[-1][1]))
+    files.clamps = types.SimpleNamespace(
+        dropped=set(), reply=reasons.DONE, has=lambda source: bool(files.laid and files.laid[-1][1])
+    )
     files.lay_clamps = lambda source, clamps: files.laid.append((source, clamps)) or files.clamps.reply
     said = []
     for one in (module, saying):
@@ -149,7 +221,8 @@ def test_its_material_counts_while_it_is_in_force(scene, part):
 
 
 def test_its_clamps_are_in_force_before_it_is(scene, part):
-    """On the machine, turned with the work coordinates; M256 of a run takes them away until its end, another program for good."""
+    """On the machine, turned with the work coordinates; M256 of a run takes them away until its end, another program
+    for good."""
     set_up, pins, status, _command, said = scene
     look(scene)
     set_up.reading.answer = ANSWER | {"clamps": [JAW]}
@@ -157,8 +230,14 @@ def test_its_clamps_are_in_force_before_it_is(scene, part):
     assert not set_up.files.laid and not pins["job"]
     set_up.files.stock, set_up.files.clamps.reply = object(), reasons.BUSY
     look(scene, 3)
-    (source, ((after, clamp),)), = set_up.files.laid
-    assert (source, after, clamp.turn, clamp.high, clamp.name) == ("job", 0, 90.0, (5.0, 5.0, 9.0), JAW[4]) and not pins["job"]
+    ((source, ((after, clamp),)),) = set_up.files.laid
+    assert (source, after, clamp.turn, clamp.high, clamp.name) == (
+        "job",
+        0,
+        90.0,
+        (5.0, 5.0, 9.0),
+        JAW[4],
+    ) and not pins["job"]
     set_up.files.clamps.reply = reasons.DONE
     look(scene, 3)
     assert pins["job"] is True and "and its clamp; the feed is" in said[-1] and len(set_up.files.laid) == 1
@@ -185,13 +264,22 @@ def test_a_tracker_that_refuses_its_clamps(scene):
     set_up.files.stock, set_up.files.clamps.reply = object(), reasons.NOT_TAKEN
     set_up.reading.answer = ANSWER | {"clamps": [JAW]}
     look(scene, 4)
-    assert not pins["job"] and "its set-up is not used: its clamps are not in force: the stock tracker does not take" in said[0]
+    assert (
+        not pins["job"]
+        and "its set-up is not used: its clamps are not in force: the stock tracker does not take" in said[0]
+    )
 
 
 def test_without_a_job_file_nothing_is_done(scene, part):
     set_up, pins, _status, command, said = scene
     part.with_name("part.job.toml").unlink()
-    assert look(scene, 5) is False and command.sent == [] and said == [] and not pins["job"] and not hasattr(set_up.reading, "order")
+    assert (
+        look(scene, 5) is False
+        and command.sent == []
+        and said == []
+        and not pins["job"]
+        and not hasattr(set_up.reading, "order")
+    )
 
 
 def test_it_is_in_force_once_adaptive_feed_is_on(scene):
@@ -207,7 +295,7 @@ def test_it_is_in_force_once_adaptive_feed_is_on(scene):
     status.task_state = 4
     look(scene, 4)
     assert command.sent == [1] and pins["job"] is True and "set up as confirmed" in said[1]
-    status.adaptive_feed_enabled = False            # M52 P0 of the operator stays
+    status.adaptive_feed_enabled = False  # M52 P0 of the operator stays
     look(scene, 4)
     assert not pins["job"] and command.sent == [1]
 
@@ -258,8 +346,18 @@ def test_a_run_that_came_too_early_has_none_of_it(scene):
     assert "not in force in this run" in said[0] and pins["job"] is True
 
 
-@pytest.mark.parametrize("number, diameter, target, wanted", [
-    (1, 6.0, 3000.0, 6.0), (1, 6.05, 3000.0, 6.05), (1, 8.0, 0.0, 8.0), (1, 0.0, 3000.0, 6.0), (2, 3.0, 0.0, 3.0), (7, 6.0, 0.0, 6.0), (0, 0.0, 0.0, 0.0)])
+@pytest.mark.parametrize(
+    "number, diameter, target, wanted",
+    [
+        (1, 6.0, 3000.0, 6.0),
+        (1, 6.05, 3000.0, 6.05),
+        (1, 8.0, 0.0, 8.0),
+        (1, 0.0, 3000.0, 6.0),
+        (2, 3.0, 0.0, 3.0),
+        (7, 6.0, 0.0, 6.0),
+        (0, 0.0, 0.0, 0.0),
+    ],
+)
 def test_the_target_is_that_of_the_tool(scene, number, diameter, target, wanted):
     """Another diameter than the confirmed one, another tool, a drill: F."""
     set_up, pins, *_ = scene
@@ -269,7 +367,8 @@ def test_the_target_is_that_of_the_tool(scene, number, diameter, target, wanted)
 
 @pytest.mark.parametrize("number, target, ceiling", [(1, 3000.0, 2.0), (2, MAX_RATE, 1.0), (7, 0.0, 2.0)])
 def test_feeds_above_the_stock_are_free(scene, number, target, ceiling):
-    """A drill goes at F in the stock, and with the others as fast as the axes above it; an unknown tool keeps F. Not without REMAP = F, nor with a code that keeps F."""
+    """A drill goes at F in the stock, and with the others as fast as the axes above it; an unknown tool keeps F. Not
+    without REMAP = F, nor with a code that keeps F."""
     set_up, pins, _status, _command, said = scene
     set_up.feed_is_remapped = True
     in_force(scene, air=True)
@@ -307,7 +406,8 @@ def test_the_only_tool_of_another_set_up(scene, tmp_path):
 
 
 def test_the_program_is_read_when_nothing_more_is_to_come(scene, part, tmp_path):
-    """For a display that waits before it starts the program: not before the job file has been read and its set-up is in force, nor for another program."""
+    """For a display that waits before it starts the program: not before the job file has been read and its set-up is in
+    force, nor for another program."""
     set_up, _pins, status, *_ = scene
     path = str(part)
     assert not set_up.has_read(path)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How long a program would take set up: what the monitor has on its pins (monitor/set_up_time.py), and what the process says (setup/time_process.py)."""
+"""How long a program would take set up: what the monitor has on its pins (monitor/set_up_time.py), and what the process
+says (setup/time_process.py)."""
 
 import json
 
@@ -22,7 +23,15 @@ X0
 G0 Z5
 M2
 """
-SCENE = {"index": 1, "offset": [0.0] * 3, "g92": [0.0] * 3, "turn": 0.0, "tool": 0, "block_delete": False, "codes": "G17 G54 G90"}
+SCENE = {
+    "index": 1,
+    "offset": [0.0] * 3,
+    "g92": [0.0] * 3,
+    "turn": 0.0,
+    "tool": 0,
+    "block_delete": False,
+    "codes": "G17 G54 G90",
+}
 
 
 class Reading:
@@ -50,7 +59,8 @@ def watched(is_wanted=True):
 
 
 def test_each_program_once():
-    """The figures stay while the program is loaded, and go with it; the same one again, as behind a run, is not read again."""
+    """The figures stay while the program is loaded, and go with it; the same one again, as behind a run, is not read
+    again."""
     time, pins = watched()
     key, order = ("/a/part.ngc", (1, 2, 3), [1]), {"program": "/a/part.ngc"}
     time.ask(key, order)
@@ -60,11 +70,11 @@ def test_each_program_once():
     time.look("/a/part.ngc")
     time.ask(key, order)
     time.look("/a/part.ngc")
-    time.look(None)                                         # in a sub
+    time.look(None)  # in a sub
     assert time.reading.orders == [order] and [pins[name] for name in PINS] == [455.0, 325.0]
     time.look("/a/other.ngc")
     assert [pins[name] for name in PINS] == [0, 0]
-    time.ask((*key[:1], (1, 2, 4), key[2]), order)          # another content
+    time.ask((*key[:1], (1, 2, 4), key[2]), order)  # another content
     assert len(time.reading.orders) == 2
 
 
@@ -90,14 +100,19 @@ def said(folder, text, machine):
 
 
 def test_it_is_what_set_up_proposes(tmp_path):
-    """The sums of chipwise setup, which writes no job file here; nothing for a program whose feed a set-up does not raise."""
+    """The sums of chipwise setup, which writes no job file here; nothing for a program whose feed a set-up does not
+    raise."""
     machine = mill_with_tools(tmp_path)
     found = said(tmp_path, SLOT, machine)
     _status, _out, _err, report = chipwise_setup(tmp_path, SLOT, machine=machine)
     for name, key in (("time", "time_s"), ("time_with", "time_with_s")):
         assert found[name] == pytest.approx(sum(tool[key] for tool in report["tools"]), abs=0.01)
     assert 10 < found["time_with"] < 0.95 * found["time"] and json.dumps(found)
-    for text in (SLOT.replace("G1 X60", "M251 Q6\nG1 X60"), SLOT.replace("M2\n", "G84 X0 Y0 Z-1 R2\nM2\n"), SLOT.replace("X60", "X[1/0]")):
+    for text in (
+        SLOT.replace("G1 X60", "M251 Q6\nG1 X60"),
+        SLOT.replace("M2\n", "G84 X0 Y0 Z-1 R2\nM2\n"),
+        SLOT.replace("X60", "X[1/0]"),
+    ):
         assert said(tmp_path, text, machine) == {}
 
 
@@ -109,5 +124,8 @@ def test_with_feeds_above_the_stock_as_fast_as_the_axes(tmp_path):
     found = said(tmp_path, text, machine)
     _status, out, _err, report = chipwise_setup(tmp_path, text, machine=machine)
     (tool,) = report["tools"]
-    assert found["time_with"] == pytest.approx(tool["time_air_s"], abs=0.01) and tool["time_air_s"] < 0.8 * tool["time_with_s"]
+    assert (
+        found["time_with"] == pytest.approx(tool["time_air_s"], abs=0.01)
+        and tool["time_air_s"] < 0.8 * tool["time_with_s"]
+    )
     assert f"{tool['time_air_s']:.1f} s set up" in out

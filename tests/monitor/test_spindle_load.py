@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What chipwise-monitor makes of the load of the spindle: factors that are kept, wear, words."""
+
 import errno
 import os
 import threading
@@ -19,7 +20,14 @@ class Watched:
     """SpindleLoad with a tool 3 and a file in `folder`; what was said."""
 
     def __init__(self, folder):
-        self.pins = {"tool-number": 3, "load-cuts": 0, "load-cut-factor": 0.0, "load-alarm": 0, "load-ratio": 0.0, "load-factor": 0.0}
+        self.pins = {
+            "tool-number": 3,
+            "load-cuts": 0,
+            "load-cut-factor": 0.0,
+            "load-alarm": 0,
+            "load-ratio": 0.0,
+            "load-factor": 0.0,
+        }
         self.errors, self.shown = [], []
         self.load = SpindleLoad(self.pins, parse_settings({}, str(folder)), self.errors.append, self.shown.append)
         self.told = self.load.saying.texts
@@ -28,7 +36,7 @@ class Watched:
     def __call__(self, material="6061", **pins):
         self.pins.update({name.replace("_", "-"): value for name, value in pins.items()})
         self.load.follow(material, lambda: 57)
-        self.load.aside.wait()          # for the thread that writes
+        self.load.aside.wait()  # for the thread that writes
         self.load.look()
         self.load.aside.wait()
 
@@ -69,7 +77,12 @@ def test_cuts_before_the_monitor_began_and_of_no_tool_teach_nothing(tmp_path):
     watched(tool_number=0)
     watched.cut(1.3)
     assert not watched.told and not (tmp_path / "spindle_loads.toml").exists()
-    late = SpindleLoad({**watched.pins, "tool-number": 3, "load-cuts": 9}, parse_settings({}, str(tmp_path)), watched.errors.append, watched.shown.append)
+    late = SpindleLoad(
+        {**watched.pins, "tool-number": 3, "load-cuts": 9},
+        parse_settings({}, str(tmp_path)),
+        watched.errors.append,
+        watched.shown.append,
+    )
     late.follow("6061", lambda: 1)
     assert not late.saying.texts
 
@@ -81,13 +94,18 @@ def test_a_factor_that_cannot_be_written_counts_all_the_same(tmp_path, monkeypat
 
     def full(*_arguments):
         raise OSError(number, os.strerror(number))
+
     with monkeypatch.context() as patched:
         patched.setattr(load_factors, "write_durable", full)
         watched.cut(1.3)
         for _ in range(3):
             watched()
         watched.cut(1.31)
-    assert watched.pins["load-factor"] == 1.3 and len(watched.told) == 1 and f"is not kept in spindle_loads.toml: {os.strerror(number)}; make room" in watched.told[0]
+    assert (
+        watched.pins["load-factor"] == 1.3
+        and len(watched.told) == 1
+        and f"is not kept in spindle_loads.toml: {os.strerror(number)}; make room" in watched.told[0]
+    )
     assert not watched.errors and not (tmp_path / "spindle_loads.toml").exists()
     watched.cut(0.9, "C45")
     assert load_factors.read(str(tmp_path / "spindle_loads.toml")) == {(3, "6061"): 1.3, (3, "C45"): 0.9}
@@ -102,11 +120,16 @@ def test_a_file_that_is_being_changed_is_written_at_the_next_look(tmp_path):
         assert not watched.told and watched.pins["load-factor"] == 1.3 and not os.path.exists(path)
         other[5, "C45"] = 2.0
     watched()
-    assert load_factors.read(path) == {(3, "6061"): 1.3, (5, "C45"): 2.0} and len(watched.told) == 1 and "it is kept in" in watched.told[0]
+    assert (
+        load_factors.read(path) == {(3, "6061"): 1.3, (5, "C45"): 2.0}
+        and len(watched.told) == 1
+        and "it is kept in" in watched.told[0]
+    )
 
 
 def test_a_slow_disk_holds_up_no_look(tmp_path, monkeypatch):
-    """The tool is followed while the disk takes its time with a factor; one that is taught meanwhile comes next, and the end waits for both."""
+    """The tool is followed while the disk takes its time with a factor; one that is taught meanwhile comes next, and
+    the end waits for both."""
     watched, path = Watched(tmp_path), str(tmp_path / "spindle_loads.toml")
     sent, done, write = threading.Event(), threading.Event(), load_factors.write_durable
 
@@ -114,6 +137,7 @@ def test_a_slow_disk_holds_up_no_look(tmp_path, monkeypatch):
         sent.set()
         assert done.wait(60.0)
         write(*given)
+
     monkeypatch.setattr(load_factors, "write_durable", slow)
     monkeypatch.setattr(watched.load.aside, "wait", lambda: None)
     watched.cut(1.3)
@@ -125,14 +149,20 @@ def test_a_slow_disk_holds_up_no_look(tmp_path, monkeypatch):
     monkeypatch.undo()
     threading.Timer(0.1, done.set).start()
     watched.load.end()
-    assert load_factors.read(path) == {(3, "6061"): 1.3, (3, "C45"): 0.9} and len(watched.told) == 2 and not watched.errors
+    assert (
+        load_factors.read(path) == {(3, "6061"): 1.3, (3, "C45"): 0.9} and len(watched.told) == 2 and not watched.errors
+    )
 
 
 def test_a_broken_file_is_not_replaced(tmp_path):
     watched, path = Watched(tmp_path), tmp_path / "spindle_loads.toml"
     path.write_text("[3")
     watched.cut(1.3)
-    assert path.read_text() == "[3" and watched.pins["load-factor"] == 1.3 and "is not kept in spindle_loads.toml: spindle_loads.toml: is not TOML" in watched.told[0]
+    assert (
+        path.read_text() == "[3"
+        and watched.pins["load-factor"] == 1.3
+        and "is not kept in spindle_loads.toml: spindle_loads.toml: is not TOML" in watched.told[0]
+    )
 
 
 def test_wear_is_said_after_two_cuts_once(tmp_path, capsys):
@@ -184,14 +214,16 @@ def test_a_unit_that_is_wrong_is_said_once(tmp_path, ratio):
     known.cut(1.3)
     for _ in range(200):
         known(load_ratio=ratio)
-    assert len(known.told) == 1                   # that of the factor: an alarm speaks for it
+    assert len(known.told) == 1  # that of the factor: an alarm speaks for it
 
 
 def test_every_alarm_has_words():
     assert set(LOAD_ALARMS) == set(LoadAlarm) - {LoadAlarm.SOUND}
 
 
-@pytest.mark.parametrize("text", ["[3", "[x]\n", "3 = 1", '[3]\n"6061" = true', '[3]\n"6061" = nan', '[3]\n"6061" = -1', '[3]\n"6061" = "1"'])
+@pytest.mark.parametrize(
+    "text", ["[3", "[x]\n", "3 = 1", '[3]\n"6061" = true', '[3]\n"6061" = nan', '[3]\n"6061" = -1', '[3]\n"6061" = "1"']
+)
 def test_a_broken_file_is_said_and_changes_nothing(tmp_path, text):
     watched = Watched(tmp_path)
     watched.cut(1.3)

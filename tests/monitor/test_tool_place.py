@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Where the tool is when milltask or motion is gone (monitor/tool_place.py)."""
+
 import types
 
 from chipwise.monitor import tool_place
@@ -9,7 +10,8 @@ STATUS = types.SimpleNamespace(position=(9.0, 8.0, 7.0, 0.0), tool_offset=(0.0, 
 
 
 def test_the_pins_count_where_the_status_stays_and_then_their_last_values(monkeypatch):
-    """The status of a milltask that was killed stays as it was.  The pins are read twice a second, and not while the status changes."""
+    """The status of a milltask that was killed stays as it was.  The pins are read twice a second, and not while the
+    status changes."""
     pins = {name: float(k) for k, name in enumerate(name for pair in TIP for name in pair)}
     pins[LINE] = 33
     there, asked, now = True, 0, 100.0
@@ -20,6 +22,7 @@ def test_the_pins_count_where_the_status_stays_and_then_their_last_values(monkey
         if not there:
             raise RuntimeError("pin not found")
         return pins[name]
+
     monkeypatch.setattr(tool_place.time, "monotonic", lambda: now)
     place = ToolPlace(get_value)
     assert place.look(STATUS) == ([9.0, 8.0, 5.0], 5) and asked == 0

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The C files of core/ and offline/: none calls one that calls it, by however many others, and no header includes one that includes it."""
+"""The C files of core/ and offline/: none calls one that calls it, by however many others, and no header includes one
+that includes it."""
+
 import re
 import subprocess
 
@@ -17,7 +19,9 @@ def symbols():
     """{C file: names it defines}, {C file: names it needs from others}, of the compiled files."""
     sources = [path.relative_to(COMPONENTS) for folder in FOLDERS for path in sorted((COMPONENTS / folder).glob("*.c"))]
     objects = {str(ROOT / "build" / name.with_suffix(".o")): str(name) for name in sources}
-    text = subprocess.run(["nm", "--print-file-name", "--extern-only", *objects], check=True, capture_output=True, text=True).stdout
+    text = subprocess.run(
+        ["nm", "--print-file-name", "--extern-only", *objects], check=True, capture_output=True, text=True
+    ).stdout
     defined, needed = {name: set() for name in objects.values()}, {name: set() for name in objects.values()}
     for line in text.splitlines():
         path, _colon, rest = line.partition(":")
@@ -34,9 +38,15 @@ def calls(defined, needed):
 
 def includes(texts):
     """{header: headers it includes} of {path below components: text}; a name is looked up beside the header first."""
-    return {path: {found for name in INCLUDE.findall(text)
-                   for found in [f"{path.rpartition('/')[0]}/{name}" if f"{path.rpartition('/')[0]}/{name}" in texts else name] if found in texts}
-            for path, text in texts.items()}
+    return {
+        path: {
+            found
+            for name in INCLUDE.findall(text)
+            for found in [f"{path.rpartition('/')[0]}/{name}" if f"{path.rpartition('/')[0]}/{name}" in texts else name]
+            if found in texts
+        }
+        for path, text in texts.items()
+    }
 
 
 def test_no_c_files_call_each_other():
@@ -53,14 +63,22 @@ def test_no_headers_include_each_other():
     assert not found, " <- ".join(found)
 
 
-@pytest.mark.parametrize("defined, needed, ring", [
-    ({"a.c": {"f"}, "b.c": {"g"}}, {"a.c": {"g", "sqrt"}, "b.c": {"f"}}, {"a.c", "b.c"}),
-    ({"a.c": {"f"}, "b.c": {"g"}, "c.c": {"h"}}, {"a.c": {"g"}, "b.c": {"h"}, "c.c": {"f"}}, {"a.c", "b.c", "c.c"}),
-    ({"a.c": {"f"}, "b.c": {"g"}}, {"a.c": {"g"}, "b.c": {"sqrt"}}, set())])
+@pytest.mark.parametrize(
+    "defined, needed, ring",
+    [
+        ({"a.c": {"f"}, "b.c": {"g"}}, {"a.c": {"g", "sqrt"}, "b.c": {"f"}}, {"a.c", "b.c"}),
+        ({"a.c": {"f"}, "b.c": {"g"}, "c.c": {"h"}}, {"a.c": {"g"}, "b.c": {"h"}, "c.c": {"f"}}, {"a.c", "b.c", "c.c"}),
+        ({"a.c": {"f"}, "b.c": {"g"}}, {"a.c": {"g"}, "b.c": {"sqrt"}}, set()),
+    ],
+)
 def test_a_circle_of_calls_is_seen(defined, needed, ring):
     assert set(circle(calls(defined, needed))) == ring
 
 
 def test_a_circle_of_headers_is_seen():
-    texts = {"core/a.h": '#include "b.h"\n', "core/b.h": '#include <math.h>\n#include "core/a.h"\n', "offline/c.h": '#include "core/a.h"\n'}
+    texts = {
+        "core/a.h": '#include "b.h"\n',
+        "core/b.h": '#include <math.h>\n#include "core/a.h"\n',
+        "offline/c.h": '#include "core/a.h"\n',
+    }
     assert set(circle(includes(texts))) == {"core/a.h", "core/b.h"}

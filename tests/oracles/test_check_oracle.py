@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The steps in C of the needles that judge depths (support/check_oracle.py), against all needles in numpy at each step."""
+"""The steps in C of the needles that judge depths (support/check_oracle.py), against all needles in numpy at each
+step."""
+
 import numpy as np
 import pytest
 
@@ -8,14 +10,24 @@ from support.check_oracle import STEP, STEP_Z, Needles, profile
 from support.random_cases import random_seed
 
 LOW, HIGH = (0.0, 0.0, -6.0), (9.0, 7.0, 0.0)
-TOOLS = {"flat": (3.0, 0.0, 0.0), "ball": (4.0, 2.0, 0.0), "bull": (4.0, 0.5, 0.0), "cone": (3.0, 0.0, 90.0), "round cone": (4.0, 0.7, 60.0)}
+TOOLS = {
+    "flat": (3.0, 0.0, 0.0),
+    "ball": (4.0, 2.0, 0.0),
+    "bull": (4.0, 0.5, 0.0),
+    "cone": (3.0, 0.0, 90.0),
+    "round cone": (4.0, 0.7, 60.0),
+}
 SKINS = {"level": (0.012, 0.001), "steep": (0.02,)}
 
 
 def stamped(needles, heights, tool, place):
     """Heights after a tool has stood at a place."""
     r = np.hypot(needles.x - place[0], needles.y - place[1])
-    return np.where(r <= tool[0] / 2, np.minimum(heights, np.maximum(place[2] + profile(tool, np.minimum(r, tool[0] / 2)), LOW[2])), heights)
+    return np.where(
+        r <= tool[0] / 2,
+        np.minimum(heights, np.maximum(place[2] + profile(tool, np.minimum(r, tool[0] / 2)), LOW[2])),
+        heights,
+    )
 
 
 def met(needles, heights, tool, place, skin):
@@ -35,7 +47,9 @@ def test_every_step_is_that_of_all_needles(shape):
     own, seen = needles.z.copy(), 0
     for _ in range(8):
         there = np.array([rng.uniform(-2, 11), rng.uniform(-2, 9), rng.uniform(-7, 1)])
-        there[2] = here[2] + np.clip(there[2] - here[2], -1, 1) * STEP_Z / STEP * np.hypot(*(there - here)[:2]) / 2     # its steps are as long as STEP
+        there[2] = (
+            here[2] + np.clip(there[2] - here[2], -1, 1) * STEP_Z / STEP * np.hypot(*(there - here)[:2]) / 2
+        )  # its steps are as long as STEP
         count, wanted = int(np.ceil(np.hypot(*(there - here)[:2]) / STEP)), [0.0, 0.0]
         for k in range(1, count + 1):
             place = here + (there - here) * k / count
@@ -55,7 +69,9 @@ def test_a_step_at_a_time_is_all_steps_at_once(shape):
     for start, end in (((-3, 2, -1), (11, 4, -2)), ((11, 4, -3), (-3, 1, -4)), ((4, 3, 2), (4.4, 3.1, -5))):
         start, travel = np.array(start, float), np.subtract(end, start).astype(float)
         depth = one._whole(tool, start, travel, 400, SKINS["level"])
-        assert two._steps(tool, start, travel, 400, SKINS["level"]) == depth and max(depth) > (0.5 if abs(travel[0]) > 1 else 0.01)
+        assert two._steps(tool, start, travel, 400, SKINS["level"]) == depth and max(depth) > (
+            0.5 if abs(travel[0]) > 1 else 0.01
+        )
         three.move(tool, start, end, SKINS["steep"])
         assert three.seen
         assert np.array_equal(one.z, two.z) and (one.z < 0).any()

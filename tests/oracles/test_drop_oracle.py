@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The lowest tip over triangles (support/drop_oracle.c): no point of them is higher, and closed forms of planes, edges and corners are reached."""
+"""The lowest tip over triangles (support/drop_oracle.c): no point of them is higher, and closed forms of planes, edges
+and corners are reached."""
+
 import math
 
 import numpy as np
@@ -9,9 +11,15 @@ from chipwise.clib.height_map import Shape
 from support import drop_oracle
 from support.random_cases import random_count, random_seed
 
-SHAPES = {"flat": Shape(6), "ball": Shape(6, 3), "bull": Shape(6, 1), "cone": Shape(6, 0, 90), "round cone": Shape(6, 0.7, 60)}
+SHAPES = {
+    "flat": Shape(6),
+    "ball": Shape(6, 3),
+    "bull": Shape(6, 1),
+    "cone": Shape(6, 0, 90),
+    "round cone": Shape(6, 0.7, 60),
+}
 FLOOR = -50.0
-NEAR = 1e-6         # mm: what a search may end below the highest point
+NEAR = 1e-6  # mm: what a search may end below the highest point
 
 
 def highest(points, shape, x, y):
@@ -28,7 +36,9 @@ def test_no_point_of_a_triangle_is_higher(name):
         triangles = rng.uniform(-4, 4, (3, 1, 3)) + rng.uniform(-1, 1, (3, 3, 3)) * 10 ** rng.uniform(-1, 1)
         x, y = rng.uniform(-4, 4, 2)
         share = np.sort(rng.uniform(0, 1, (5000, 2)), axis=1)
-        points = np.einsum("wk,nkc->nwc", np.column_stack((share[:, 0], share[:, 1] - share[:, 0], 1 - share[:, 1])), triangles).reshape(-1, 3)
+        points = np.einsum(
+            "wk,nkc->nwc", np.column_stack((share[:, 0], share[:, 1] - share[:, 0], 1 - share[:, 1])), triangles
+        ).reshape(-1, 3)
         there, found = highest(points, SHAPES[name], x, y), drop_oracle.lowest(triangles, SHAPES[name], x, y, FLOOR)
         assert there - 1e-12 <= found <= triangles[:, :, 2].max() + 1e-12, (random_seed(), case)
         met += there > FLOOR
@@ -38,7 +48,8 @@ def test_no_point_of_a_triangle_is_higher(name):
 @pytest.mark.parametrize("name", SHAPES)
 @pytest.mark.parametrize("slope", [0.0, 0.3, 2.0])
 def test_a_plane_and_an_edge(name, slope):
-    """z = slope x: all over, and a vertical triangle whose upper edge is beside the axis; a place where neither is met has the floor."""
+    """z = slope x: all over, and a vertical triangle whose upper edge is beside the axis; a place where neither is met
+    has the floor."""
     height, radius = drop_oracle.profile(SHAPES[name])
     corners = np.array([(x, y, slope * x) for x, y in ((-20, -20), (20, -20), (20, 20), (-20, 20))])
     plane = corners[[[0, 1, 2], [0, 2, 3]]]
@@ -56,7 +67,9 @@ def test_a_corner():
     """The top of a needle: a ball's tip is below it, by the sphere."""
     needle = np.array([[(0, 0, 5), (1e-6, 0, -60), (0, 1e-6, -60)]])
     for beside in (0.0, 1.0, 2.9):
-        assert drop_oracle.lowest(needle, SHAPES["ball"], beside, 0.0, FLOOR) == pytest.approx(5 - (3 - math.sqrt(9 - beside ** 2)), abs=NEAR)
+        assert drop_oracle.lowest(needle, SHAPES["ball"], beside, 0.0, FLOOR) == pytest.approx(
+            5 - (3 - math.sqrt(9 - beside**2)), abs=NEAR
+        )
     assert drop_oracle.lowest(needle, SHAPES["ball"], 3.001, 0.0, FLOOR) == FLOOR
 
 

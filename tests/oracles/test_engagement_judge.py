@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The judge of engagement (support/judge_engagement.c) against closed forms, and on what G79 does."""
+
 import math
 
 import numpy as np
@@ -32,11 +33,14 @@ def test_solid_stock_is_half_a_turn_on_lines_and_arcs(turn):
 
 
 def test_a_ring_round_a_ring_has_the_angle_of_two_circles():
-    """Two circles of the path, 2 mm apart: the rim of the tool leaves the cleared disc at an angle by the cosine rule."""
+    """Two circles of the path, 2 mm apart: the rim of the tool leaves the cleared disc at an angle by the cosine
+    rule."""
     inner, outer = (np.array([[r, 0.0, r, 0.0, 0.0, 0.0, 2 * math.pi]]) for r in (8.0, 10.0))
     found = engagement_judge.exact(np.concatenate((inner, outer)), [False, True], RADIUS)
     cleared, at = 8.0 + RADIUS, 10.0
-    inside = math.acos((at ** 2 + RADIUS ** 2 - cleared ** 2) / (2 * at * RADIUS))      # at the centre of the tool, from the middle
+    inside = math.acos(
+        (at**2 + RADIUS**2 - cleared**2) / (2 * at * RADIUS)
+    )  # at the centre of the tool, from the middle
     middle = found[(found[:, 0] == 1) & (np.abs(found[:, 3] % (2 * math.pi) - 3.0) < 1.0)]
     assert len(middle) > 100 and middle[:, 4] == pytest.approx(math.pi - inside, abs=1e-6)
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The verdict on G79 P4: that it sees slots, and tells corners and necks from the rest."""
+
 import math
 from dataclasses import replace
 
@@ -27,14 +28,18 @@ def test_contour_parallel_paths_are_at_fault_and_constant_engagement_is_not():
 def test_a_corner_has_the_turn_of_the_centres_border():
     case = case_of(asked(polygon([(0, 0), (40, 0), (0, 30)])))
     places, turns = verdicts.corners(case)
-    assert np.allclose(sorted(turns), [90.0, 90.0 + math.degrees(math.atan2(3, 4)), 180.0 - math.degrees(math.atan2(3, 4))], atol=0.01)
+    assert np.allclose(
+        sorted(turns), [90.0, 90.0 + math.degrees(math.atan2(3, 4)), 180.0 - math.degrees(math.atan2(3, 4))], atol=0.01
+    )
     assert np.allclose(places[int(np.argmin(turns))], (3.0, 3.0), atol=1e-6)
 
 
 def test_what_is_narrow():
     slot = case_of(asked(polygon([(0, 0), (30, 0), (30, 16), (50, 16), (50, 24), (30, 24), (30, 40), (0, 40)])))
     assert verdicts.narrow(slot, np.array([[42.0, 20.0], [15.0, 20.0], [3.0, 3.0]])).tolist() == [True, False, False]
-    wider = case_of(asked(polygon([(0, 0), (30, 0), (30, 15.4), (50, 15.4), (50, 24.6), (30, 24.6), (30, 40), (0, 40)])))
+    wider = case_of(
+        asked(polygon([(0, 0), (30, 0), (30, 15.4), (50, 15.4), (50, 24.6), (30, 24.6), (30, 40), (0, 40)]))
+    )
     assert not verdicts.narrow(wider, np.array([[42.0, 20.0]])).any()
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The control benchmark's own model of the stock (tests/support/fine_model.c) against closed forms."""
+
 import ctypes as C
 import math
 
@@ -17,8 +18,15 @@ def areas(root, tips):
     library = C.CDLL(str(root / "build" / "tests" / "support" / "fine_model.so"))
     tips = np.ascontiguousarray(tips, float)
     wanted, area, vec = np.ones(len(tips), np.uint8), np.zeros(len(tips)), C.c_double * 3
-    library.fine_areas(C.c_double(R), vec(*BOX[0]), vec(*BOX[1]), tips.ctypes.data_as(C.c_void_p),
-                       wanted.ctypes.data_as(C.c_void_p), C.c_long(len(tips)), area.ctypes.data_as(C.c_void_p))
+    library.fine_areas(
+        C.c_double(R),
+        vec(*BOX[0]),
+        vec(*BOX[1]),
+        tips.ctypes.data_as(C.c_void_p),
+        wanted.ctypes.data_as(C.c_void_p),
+        C.c_long(len(tips)),
+        area.ctypes.data_as(C.c_void_p),
+    )
     return area[:-1]
 
 
@@ -47,8 +55,10 @@ def test_slot(root, angle):
 @pytest.mark.parametrize("width", (0.3, 0.6, 2.0, 4.5))
 def test_side_cut(root, width):
     first = line((-25, 0, -DEPTH), (25, 0, -DEPTH))
-    area = areas(root, np.concatenate([first, line((25, 0, 5), (-25, width, 5)),
-                                       line((-25, width, -DEPTH), (10, width, -DEPTH))]))
+    area = areas(
+        root,
+        np.concatenate([first, line((25, 0, 5), (-25, width, 5)), line((-25, width, -DEPTH), (10, width, -DEPTH))]),
+    )
     assert area[-300:] == pytest.approx(width * DEPTH, rel=2e-3)
 
 
@@ -56,7 +66,7 @@ def test_side_cut(root, width):
 def test_arc(root, radius):
     a = np.arange(0.0, 3.0, 0.05 / radius)
     area = areas(root, np.column_stack([radius * np.cos(a), radius * np.sin(a), np.full(a.shape, -DEPTH)]))
-    assert area[int(7 / 0.05):] == pytest.approx(2 * R * DEPTH, rel=2e-3)
+    assert area[int(7 / 0.05) :] == pytest.approx(2 * R * DEPTH, rel=2e-3)
 
 
 def test_ramp_and_plunge(root):

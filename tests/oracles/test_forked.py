@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A forked bin/chipwise, preview or rs274 (support/forked.py) is one that an interpreter was started for: the same output, status, surroundings and end."""
+"""A forked bin/chipwise, preview or rs274 (support/forked.py) is one that an interpreter was started for: the same
+output, status, surroundings and end."""
+
 import json
 import os
 import shutil
@@ -13,7 +15,10 @@ import pytest
 from support import ROOT, forked
 from support.canon import PYTHON, write_ini, write_tools
 
-SLOT = "G21 G90 G17 G40 G49 G80 G94\nM250 P0 Q0 R-20 I100 J60 K20\nT1 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-4\nG1 X110 F400\nG0 Z5\nM2\n"
+SLOT = (
+    "G21 G90 G17 G40 G49 G80 G94\nM250 P0 Q0 R-20 I100 J60 K20\nT1 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-4\n"
+    "G1 X110 F400\nG0 Z5\nM2\n"
+)
 # In place of bin/chipwise: what a program sees of itself.
 LOOK = """
 import json, os, resource, signal, sys, threading
@@ -37,14 +42,19 @@ print("to stderr", file=sys.stderr)
 def both(folder, *arguments, env=None, program=None):
     """What a forked process and a started one give: status, output, errors."""
     command = [forked.CHIPWISE if program is None else str(program), *arguments]
-    done = [forked.run(command, timeout=300, cwd=folder, env=env),
-            subprocess.run(command, text=True, stdin=subprocess.DEVNULL, capture_output=True, timeout=300, cwd=folder, env=env)]
+    done = [
+        forked.run(command, timeout=300, cwd=folder, env=env),
+        subprocess.run(
+            command, text=True, stdin=subprocess.DEVNULL, capture_output=True, timeout=300, cwd=folder, env=env
+        ),
+    ]
     return [(one.returncode, one.stdout, one.stderr) for one in done]
 
 
 @pytest.fixture
 def another(tmp_path, monkeypatch):
     """Path of a program that is run in place of bin/chipwise; text(program)."""
+
     def text(program):
         path = tmp_path / "bin" / "chipwise"
         path.parent.mkdir()
@@ -52,6 +62,7 @@ def another(tmp_path, monkeypatch):
         path.chmod(0o755)
         monkeypatch.setattr(forked, "CHIPWISE", str(path))
         return path
+
     return text
 
 
@@ -63,8 +74,15 @@ def test_the_same_answer(name, text, tmp_path):
     assert ours == theirs
 
 
-@pytest.mark.parametrize("command", [f"contour {ROOT}/nc_files/contour.ngc --sub 100 --tool 12 -o out.svg", f"patterns --folder {ROOT}/nc_files/patterns --json out.svg",
-                                     "surface none.stl -o out.svg --tool 4 --step 1", "new-config out.svg"])
+@pytest.mark.parametrize(
+    "command",
+    [
+        f"contour {ROOT}/nc_files/contour.ngc --sub 100 --tool 12 -o out.svg",
+        f"patterns --folder {ROOT}/nc_files/patterns --json out.svg",
+        "surface none.stl -o out.svg --tool 4 --step 1",
+        "new-config out.svg",
+    ],
+)
 def test_the_same_answer_and_file(command, tmp_path):
     """With what is written to the output file."""
     found = []
@@ -85,7 +103,8 @@ def test_the_same_surroundings(another, tmp_path):
     program = another(LOOK)
     (tmp_path / "work").mkdir()
     (ours, out, errors), (theirs, expected, expected_errors) = both(
-        tmp_path / "work", "a", "--b", env={**os.environ, "OWN": "ä\udcff", "HOME": str(tmp_path)}, program=program)
+        tmp_path / "work", "a", "--b", env={**os.environ, "OWN": "ä\udcff", "HOME": str(tmp_path)}, program=program
+    )
     out, expected = json.loads(out), json.loads(expected)
     for found in (out, expected):
         assert found["handles"][:3] == ["0", "1", "2"]
@@ -96,22 +115,36 @@ def test_the_same_surroundings(another, tmp_path):
 
 
 def test_nothing_of_a_call_is_left_for_the_next(another, tmp_path):
-    program = another("import json, os, sys\nprint(os.getcwd(), os.environ.pop('LEFT', ''), getattr(json, 'left', ''))\n"
-                      "json.left = os.environ['LEFT'] = 'left'\nos.chdir('/')\nos.umask(0o777)\nprint(os.umask(0))\n")
+    program = another(
+        "import json, os, sys\nprint(os.getcwd(), os.environ.pop('LEFT', ''), getattr(json, 'left', ''))\n"
+        "json.left = os.environ['LEFT'] = 'left'\nos.chdir('/')\nos.umask(0o777)\nprint(os.umask(0))\n"
+    )
     first, _ = both(tmp_path, program=program)
     second, started = both(tmp_path, program=program)
     assert second == started and second[1].split("\n")[0] == first[1].split("\n")[0] == f"{tmp_path}  "
 
 
-@pytest.mark.parametrize("end, status", [("sys.exit(3)", 3), ("sys.exit('why')", 1), ("sys.exit()", 0), ("raise KeyError('key')", 1),
-                                         ("os.kill(os.getpid(), 9)", -9), ("os.abort()", -6), ("os._exit(7)", 7),
-                                         ("signal.raise_signal(signal.SIGINT)", -signal.SIGINT),
-                                         ("import atexit; atexit.register(print, 'at the end')", 0)])
+@pytest.mark.parametrize(
+    "end, status",
+    [
+        ("sys.exit(3)", 3),
+        ("sys.exit('why')", 1),
+        ("sys.exit()", 0),
+        ("raise KeyError('key')", 1),
+        ("os.kill(os.getpid(), 9)", -9),
+        ("os.abort()", -6),
+        ("os._exit(7)", 7),
+        ("signal.raise_signal(signal.SIGINT)", -signal.SIGINT),
+        ("import atexit; atexit.register(print, 'at the end')", 0),
+    ],
+)
 def test_the_same_end(end, status, another, tmp_path):
     program = another(f"import os, signal, sys\nprint('begun', flush=True)\n{end}\n")
     ours, theirs = both(tmp_path, program=program)
     assert ours[:2] == theirs[:2] and ours[0] == status
-    assert ours[2].splitlines()[-1:] == theirs[2].splitlines()[-1:] and ("Traceback" in ours[2]) == ("Traceback" in theirs[2])
+    assert ours[2].splitlines()[-1:] == theirs[2].splitlines()[-1:] and ("Traceback" in ours[2]) == (
+        "Traceback" in theirs[2]
+    )
 
 
 def test_one_that_does_not_end_is_killed(another, tmp_path):
@@ -127,10 +160,17 @@ def test_one_that_does_not_end_is_killed(another, tmp_path):
 
 def test_two_at_once(another, tmp_path):
     """Each waits for the other: neither server nor caller does one after the other."""
-    program = another("import os, sys, time\nopen(sys.argv[1], 'w').close()\nwhile not os.path.exists(sys.argv[2]): time.sleep(0.01)\nprint(sys.argv[1])\n")
+    program = another(
+        "import os, sys, time\nopen(sys.argv[1], 'w').close()\n"
+        "while not os.path.exists(sys.argv[2]): time.sleep(0.01)\nprint(sys.argv[1])\n"
+    )
     found = []
-    threads = [threading.Thread(target=lambda names=names: found.append(forked.run([str(program), *names], timeout=60, cwd=tmp_path).stdout))
-               for names in (("a", "b"), ("b", "a"))]
+    threads = [
+        threading.Thread(
+            target=lambda names=names: found.append(forked.run([str(program), *names], timeout=60, cwd=tmp_path).stdout)
+        )
+        for names in (("a", "b"), ("b", "a"))
+    ]
     for thread in threads:
         thread.start()
     for thread in threads:
@@ -140,13 +180,18 @@ def test_two_at_once(another, tmp_path):
 
 def test_another_library_or_language_starts_an_interpreter(another, tmp_path):
     program = another("import sys\nprint('chipwise.check' in sys.modules)\n")
-    for env, expected in ((os.environ, "True\n"), ({**os.environ, "CHIPWISE_CORE": "other.so"}, "False\n"), ({**os.environ, "LC_ALL": "C"}, "False\n")):
+    for env, expected in (
+        (os.environ, "True\n"),
+        ({**os.environ, "CHIPWISE_CORE": "other.so"}, "False\n"),
+        ({**os.environ, "LC_ALL": "C"}, "False\n"),
+    ):
         assert forked.run([str(program)], timeout=60, cwd=tmp_path, env=env).stdout == expected
 
 
 HOLE = "G21 G90\nT1 M6\nS8000 M3 F300\nG0 X0 Y0 Z5\nG12 I5 Z-2 H0\nM2\n"
-CONTOUR = ("G21 G90\nT1 M6\nS8000 M3 F300\nG0 X-20 Y-20 Z5\nG77 P42 Q100 Z-1\nM2\n"
-           "O100 sub\nG1 X0 Y0\nX20\nY20\nO100 endsub\n")
+CONTOUR = (
+    "G21 G90\nT1 M6\nS8000 M3 F300\nG0 X-20 Y-20 Z5\nG77 P42 Q100 Z-1\nM2\nO100 sub\nG1 X0 Y0\nX20\nY20\nO100 endsub\n"
+)
 REFUSED = HOLE.replace("I5", "I0.1")
 # What the interpreter sees of its planner: its parent, whether it runs, whether it was forked, and how it ends.
 SEEN = """G21 G90
@@ -171,18 +216,32 @@ def three(folder, text, kind, started):
     table = write_tools(folder, {1: 2.0}, 1.0 if kind == "preview" else 25.4)
     ini = write_ini(folder)
     env = {**os.environ, "HOME": str(folder), "INI_FILE_NAME": str(ini)}
-    arguments = ([str(folder / "program.ngc"), "1.0", str(table), str(folder / "test.var")] if kind == "preview" else
-                 ["-g", "-i", str(ini), "-t", str(table), "-v", str(folder / "test.var"), str(folder / "program.ngc")])
+    arguments = (
+        [str(folder / "program.ngc"), "1.0", str(table), str(folder / "test.var")]
+        if kind == "preview"
+        else ["-g", "-i", str(ini), "-t", str(table), "-v", str(folder / "test.var"), str(folder / "program.ngc")]
+    )
     if started:
-        done = subprocess.run([*([PYTHON, forked.PREVIEW] if kind == "preview" else ["rs274"]), *arguments], cwd=ROOT, env=env, text=True,
-                              stdin=subprocess.DEVNULL, capture_output=True, timeout=300)
+        done = subprocess.run(
+            [*([PYTHON, forked.PREVIEW] if kind == "preview" else ["rs274"]), *arguments],
+            cwd=ROOT,
+            env=env,
+            text=True,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=300,
+        )
     else:
         done = getattr(forked, kind)(arguments, cwd=ROOT, env=env, timeout=300)
     return done.returncode, done.stdout, done.stderr
 
 
 @pytest.mark.parametrize("kind", ["preview", "rs274"])
-@pytest.mark.parametrize("text, moves", [(HOLE, True), (CONTOUR, True), (REFUSED, False), ("G1 X1\n", False)], ids=["hole", "contour", "refused", "no feed"])
+@pytest.mark.parametrize(
+    "text, moves",
+    [(HOLE, True), (CONTOUR, True), (REFUSED, False), ("G1 X1\n", False)],
+    ids=["hole", "contour", "refused", "no feed"],
+)
 def test_the_same_moves(kind, text, moves, tmp_path):
     ours, theirs = (three(tmp_path, text, kind, started) for started in (False, True))
     assert ours == theirs
@@ -193,4 +252,6 @@ def test_the_same_moves(kind, text, moves, tmp_path):
 def test_the_planner_is_a_child_of_the_interpreter(kind, started, tmp_path):
     """Forked or started, and ends as one when it is killed."""
     _, out, errors = three(tmp_path, SEEN, kind, started)
-    assert [line.split() for line in (out + errors).splitlines() if line.startswith("planner: ")] == [["planner:", "True", "True", str(not started), "-9"]]
+    assert [line.split() for line in (out + errors).splitlines() if line.startswith("planner: ")] == [
+        ["planner:", "True", "True", str(not started), "-9"]
+    ]

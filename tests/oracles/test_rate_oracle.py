@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The judge of machine runs, judged itself on traces whose rate is known."""
+
 import math
 import time
 
@@ -42,8 +43,10 @@ def test_slot(angle):
 def test_side_cut(width):
     """A second pass `width` beside the first: width x depth x speed, on average within 1 %, each
     window within one line of the 96 across the tool."""
-    found = judged([(-25, 0, -2), (25, 0, -2), (25, 0, 5), (-25, width, 5), (-25, width, -2),
-                    (15, width, -2)], [50, 50, 50, 50, 10])
+    found = judged(
+        [(-25, 0, -2), (25, 0, -2), (25, 0, 5), (-25, width, 5), (-25, width, -2), (15, width, -2)],
+        [50, 50, 50, 50, 10],
+    )
     got = steady(found, found.time[-1] - 2.5)
     assert got.mean() == pytest.approx(width * 2 * 10, rel=0.01 + 0.03 / width)
     assert np.abs(got / (width * 20) - 1).max() < 0.07 / width + 0.005
@@ -92,8 +95,18 @@ def test_outside_and_above():
 
 def test_both_ways_of_counting_agree():
     """Sum over the windows against the needles, on a job with corners, ramps and layers."""
-    points = [(-8, -8, 1), (-8, -8, -1), (8, -8, -2), (8, -4, -2), (-8, -4, -2), (-8, -8, -2),
-              (-8, -8, -3), (8, -7, -3), (6, 6, -3), (-6, 5, -1)]
+    points = [
+        (-8, -8, 1),
+        (-8, -8, -1),
+        (8, -8, -2),
+        (8, -4, -2),
+        (-8, -4, -2),
+        (-8, -8, -2),
+        (-8, -8, -3),
+        (8, -7, -3),
+        (6, 6, -3),
+        (-6, 5, -1),
+    ]
     for tool in (FLAT, BALL):
         t, x, y, z = trace(points, 15.0)
         found = rates(t, x, y, z, np.full(t.shape, 2), np.ones(t.shape), BOX, tool)

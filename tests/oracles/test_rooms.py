@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The rooms of remap/chipwise: none imports one that imports it, by however many others, and none but a few modules stand outside of all."""
+"""The rooms of remap/chipwise: none imports one that imports it, by however many others, and none but a few modules
+stand outside of all."""
+
 import ast
 
 import pytest
@@ -8,7 +10,17 @@ from support import ROOT
 from support.circles import circle
 
 PACKAGE = ROOT / "remap" / "chipwise"
-LOOSE = {"codes", "errors", "gcode_lines", "ini", "moves", "order", "rates", "report", "settings"}      # the vocabulary of all rooms
+LOOSE = {
+    "codes",
+    "errors",
+    "gcode_lines",
+    "ini",
+    "moves",
+    "order",
+    "rates",
+    "report",
+    "settings",
+}  # the vocabulary of all rooms
 
 
 def module(path):
@@ -33,7 +45,8 @@ def imported(tree, modules):
 
 
 def rooms(sources):
-    """{room: rooms and loose modules that it imports} of {module: text}; a room is the folder at the top, or a loose module."""
+    """{room: rooms and loose modules that it imports} of {module: text}; a room is the folder at the top, or a loose
+    module."""
     graph = {}
     for name, text in sources.items():
         room = name.partition(".")[0]
@@ -55,9 +68,27 @@ def test_only_the_vocabulary_stands_outside():
     assert {path.stem for path in PACKAGE.glob("*.py")} - {"__init__"} == LOOSE
 
 
-@pytest.mark.parametrize("texts, ring", [
-    ({"a.one": "from chipwise.b.two import x", "b.two": "", "b.three": "from chipwise.a import one"}, {"a", "b"}),
-    ({"a.one": "import chipwise.b.two", "b.two": "def f():\n    from chipwise.c import d", "c.d": "from chipwise.a.one import y"}, {"a", "b", "c"}),
-    ({"a.one": "from chipwise.a.two import x\nimport os", "a.two": "from chipwise.a.one import y", "b.d": "from chipwise import a"}, set())])
+@pytest.mark.parametrize(
+    "texts, ring",
+    [
+        ({"a.one": "from chipwise.b.two import x", "b.two": "", "b.three": "from chipwise.a import one"}, {"a", "b"}),
+        (
+            {
+                "a.one": "import chipwise.b.two",
+                "b.two": "def f():\n    from chipwise.c import d",
+                "c.d": "from chipwise.a.one import y",
+            },
+            {"a", "b", "c"},
+        ),
+        (
+            {
+                "a.one": "from chipwise.a.two import x\nimport os",
+                "a.two": "from chipwise.a.one import y",
+                "b.d": "from chipwise import a",
+            },
+            set(),
+        ),
+    ],
+)
 def test_a_circle_is_seen(texts, ring):
     assert set(circle(rooms({"": "", "a": "", "b": "", "c": "", **texts}))) == ring

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The lowest edge of a tool over needles, and what moves take off them (support/surface_judge.c), against the profile of drop_oracle.py in numpy."""
+"""The lowest edge of a tool over needles, and what moves take off them (support/surface_judge.c), against the profile
+of drop_oracle.py in numpy."""
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,13 @@ from chipwise.clib.height_map import Shape
 from support import drop_oracle, surface_judge
 from support.random_cases import random_seed
 
-SHAPES = {"flat": Shape(6), "ball": Shape(6, 3), "bull": Shape(6, 1), "cone": Shape(6, 0, 90), "round cone": Shape(6, 0.7, 60)}
+SHAPES = {
+    "flat": Shape(6),
+    "ball": Shape(6, 3),
+    "bull": Shape(6, 1),
+    "cone": Shape(6, 0, 90),
+    "round cone": Shape(6, 0.7, 60),
+}
 
 
 def in_numpy(xy, points, shape):
@@ -19,7 +27,10 @@ def in_numpy(xy, points, shape):
 def cases(rng):
     """(needles, tips): a few, many, none, and a needle at the radius."""
     for needles, tips in ((400, 50), (1, 300), (300, 1), (0, 5), (5, 0)):
-        yield rng.uniform(0, 20, (needles, 2)), np.column_stack((rng.uniform(0, 20, (tips, 2)), rng.uniform(-5, 1, tips)))
+        yield (
+            rng.uniform(0, 20, (needles, 2)),
+            np.column_stack((rng.uniform(0, 20, (tips, 2)), rng.uniform(-5, 1, tips))),
+        )
     yield np.array([[3.0, 0.0], [3.001, 0.0], [0.0, 0.0]]), np.array([[0.0, 0.0, -1.0]])
 
 
@@ -46,10 +57,12 @@ def test_what_a_move_takes(shape):
             before, found = height.copy(), needles.taken(points, SHAPES[shape], size, cuts)
             wanted, left = [], before.copy()
             for first in range(0, max(1, count - 1), size):
-                under = in_numpy(needles.xy, points[first:first + size + 1], SHAPES[shape])
+                under = in_numpy(needles.xy, points[first : first + size + 1], SHAPES[shape])
                 wanted.append(max(0.0, (left - under).max()))
                 left = np.minimum(left, under) if cuts else left
-            assert np.allclose(found, wanted, rtol=0, atol=1e-12) and np.allclose(needles.height, left, rtol=0, atol=1e-12)
+            assert np.allclose(found, wanted, rtol=0, atol=1e-12) and np.allclose(
+                needles.height, left, rtol=0, atol=1e-12
+            )
             assert (needles.height != before).any() == cuts
             seen += (found > 0).sum()
     assert seen > 20

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The cells that a turning tool takes (support/turning_cut.c) against the same in numpy."""
+
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,23 +9,26 @@ import pytest
 from support import turning_cut
 from support.random_cases import random_count, random_seed
 
-BLANK = (8.0, -12.0, 0.0)       # mm: radius, Z of its ends
-TOOLS = {"outside": SimpleNamespace(d=0.8, i=85.0, j=5.0, q=2, point=0.0), "inside": SimpleNamespace(d=0.4, i=275.0, j=355.0, q=3, point=0.0),
-         "drill": SimpleNamespace(d=5.0, q=7, point=118.0)}
+BLANK = (8.0, -12.0, 0.0)  # mm: radius, Z of its ends
+TOOLS = {
+    "outside": SimpleNamespace(d=0.8, i=85.0, j=5.0, q=2, point=0.0),
+    "inside": SimpleNamespace(d=0.4, i=275.0, j=355.0, q=3, point=0.0),
+    "drill": SimpleNamespace(d=5.0, q=7, point=118.0),
+}
 
 
 def taken(cells, origin, mask, at):
     """How many cells a tool takes with the middle of its nose in a cell: padded, so that nothing is outside."""
     (rows, columns), (high, wide) = cells.shape, mask.shape
     room = np.zeros((rows + 2 * high, columns + 2 * wide), bool)
-    room[high:high + rows, wide:wide + columns] = cells
+    room[high : high + rows, wide : wide + columns] = cells
     k, i = at[0] - origin[0] + high, at[1] - origin[1] + wide
     if not (0 <= k <= rows + high and 0 <= i <= columns + wide):
         return 0
-    here = room[k:k + high, i:i + wide]
+    here = room[k : k + high, i : i + wide]
     count = int((here & mask).sum())
     here &= ~mask
-    cells[:] = room[high:high + rows, wide:wide + columns]
+    cells[:] = room[high : high + rows, wide : wide + columns]
     return count
 
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How the Python is written: counts of what makes a function hard to read.  They may only fall: whoever mends some lowers the number,
-or takes the name out."""
+"""How the Python is written: counts of what makes a function hard to read.  They may only fall: whoever mends some
+lowers the number, or takes the name out."""
+
 import ast
 from collections import Counter
 
@@ -9,25 +10,67 @@ import pytest
 from support import ROOT
 
 SOURCES = {path: path.read_text() for path in sorted((ROOT / "remap").rglob("*.py"))}
-PARAMETERS, TARGETS = 6, 2          # of a function, without self; of an assignment of a row of values
+PARAMETERS, TARGETS = 6, 2  # of a function, without self; of an assignment of a row of values
 # Modules that are imported where they are used, and why.
 NOT_EVERYWHERE = {
-    "hal", "linuxcnc", "emccanon", "emctask", "interpreter", "lcnc_realtime",                       # LinuxCNC's, and some only in its own processes
-    "tkinter", "readline", "gi", "Xlib", "distributed", "ezdxf", "svgelements", "tomlkit"}          # a package that one command needs
-QUICK = ("cli", "options", "filter", "panel")       # folders of commands and pages: one that only prints its help, or waits, loads nothing else
+    "hal",
+    "linuxcnc",
+    "emccanon",
+    "emctask",
+    "interpreter",
+    "lcnc_realtime",  # LinuxCNC's, and some only in its own processes
+    "tkinter",
+    "readline",
+    "gi",
+    "Xlib",
+    "distributed",
+    "ezdxf",
+    "svgelements",
+    "tomlkit",
+}  # a package that one command needs
+QUICK = (
+    "cli",
+    "options",
+    "filter",
+    "panel",
+)  # folders of commands and pages: one that only prints its help, or waits, loads nothing else
 MOST_ROWS, MOST_LATE = 359, 30
-# Functions with more than PARAMETERS that are left, by file of remap/chipwise; whoever mends one takes it out, and none is added.
+# Functions with more than PARAMETERS that are left, by file of remap/chipwise; whoever mends one takes it out, and none
+# is added.
 LEFT = {
-    "blank/heights.py": "_at", "blank/stock.py": "made", "check/assume.py": "assume", "check/clamps.py": "_find",
-    "check/culprit.py": "__init__", "check/simulate.py": "__init__ _find", "clib/core.py": "__init__", "digitise/rim.py": "flanks",
-    "filter/work.py": "_rewrite", "geometry/base/polygons.py": "_fallen", "geometry/offset/inaccessible.py": "_regions",
-    "geometry/pocket/engage.py": "__init__ planned", "geometry/pocket/scan.py": "_assemble", "glue/session.py": "run_cycle",
-    "headless/runner.py": "run_headless", "importing/dxf.py": "__init__", "monitor/messages.py": "guard_text",
-    "monitor/set_up.py": "__init__", "monitor/shadow.py": "__init__", "pattern/library.py": "_job", "program/sub_process.py": "run_sub",
-    "resume/text.py": "rest", "rewrite/assumed.py": "assumed", "rewrite/calls.py": "written_out", "rewrite/feed.py": "rewrite",
+    "blank/heights.py": "_at",
+    "blank/stock.py": "made",
+    "check/assume.py": "assume",
+    "check/clamps.py": "_find",
+    "check/culprit.py": "__init__",
+    "check/simulate.py": "__init__ _find",
+    "clib/core.py": "__init__",
+    "digitise/rim.py": "flanks",
+    "filter/work.py": "_rewrite",
+    "geometry/base/polygons.py": "_fallen",
+    "geometry/offset/inaccessible.py": "_regions",
+    "geometry/pocket/engage.py": "__init__ planned",
+    "geometry/pocket/scan.py": "_assemble",
+    "glue/session.py": "run_cycle",
+    "headless/runner.py": "run_headless",
+    "importing/dxf.py": "__init__",
+    "monitor/messages.py": "guard_text",
+    "monitor/set_up.py": "__init__",
+    "monitor/shadow.py": "__init__",
+    "pattern/library.py": "_job",
+    "program/sub_process.py": "run_sub",
+    "resume/text.py": "rest",
+    "rewrite/assumed.py": "assumed",
+    "rewrite/calls.py": "written_out",
+    "rewrite/feed.py": "rewrite",
     "rewrite/run.py": "_rewritten _with_reserve rewritten",
-    "rewrite/straight_text.py": "lines_of", "rewrite/trials.py": "__init__", "setup/measure.py": "measure", "surface/raster.py": "_added",
-    "surface/scallop.py": "_next across", "turning/sides.py": "_finish _path"}
+    "rewrite/straight_text.py": "lines_of",
+    "rewrite/trials.py": "__init__",
+    "setup/measure.py": "measure",
+    "surface/raster.py": "_added",
+    "surface/scallop.py": "_next across",
+    "turning/sides.py": "_finish _path",
+}
 
 
 def nodes(text, *kinds):
@@ -36,24 +79,49 @@ def nodes(text, *kinds):
 
 def rows(text):
     """Lines that assign a row of values to more than TARGETS names."""
-    return [node.lineno for node in nodes(text, ast.Assign) if isinstance(node.value, ast.Tuple)
-            for target in node.targets if isinstance(target, ast.Tuple) and len(target.elts) > TARGETS]
+    return [
+        node.lineno
+        for node in nodes(text, ast.Assign)
+        if isinstance(node.value, ast.Tuple)
+        for target in node.targets
+        if isinstance(target, ast.Tuple) and len(target.elts) > TARGETS
+    ]
 
 
 def long_heads(text):
     """Names of functions with more than PARAMETERS parameters."""
-    return [node.name for node in nodes(text, ast.FunctionDef, ast.AsyncFunctionDef)
-            if len([one for one in node.args.posonlyargs + node.args.args + node.args.kwonlyargs if one.arg not in ("self", "cls")]) > PARAMETERS]
+    return [
+        node.name
+        for node in nodes(text, ast.FunctionDef, ast.AsyncFunctionDef)
+        if len(
+            [
+                one
+                for one in node.args.posonlyargs + node.args.args + node.args.kwonlyargs
+                if one.arg not in ("self", "cls")
+            ]
+        )
+        > PARAMETERS
+    ]
 
 
 def late(text, folder=""):
     """Lines with an import within a function, without a reason beside it or above it."""
     lines = [""] + text.split("\n")
-    found = {node.lineno: node for function in nodes(text, ast.FunctionDef, ast.AsyncFunctionDef) for node in ast.walk(function)
-             if isinstance(node, (ast.Import, ast.ImportFrom))}
-    return [line for line, node in found.items()
-            if folder not in QUICK and "#" not in lines[line] and not lines[line - 1].lstrip().startswith("#")
-            and (node.module or "" if isinstance(node, ast.ImportFrom) else node.names[0].name).partition(".")[0] not in NOT_EVERYWHERE]
+    found = {
+        node.lineno: node
+        for function in nodes(text, ast.FunctionDef, ast.AsyncFunctionDef)
+        for node in ast.walk(function)
+        if isinstance(node, (ast.Import, ast.ImportFrom))
+    }
+    return [
+        line
+        for line, node in found.items()
+        if folder not in QUICK
+        and "#" not in lines[line]
+        and not lines[line - 1].lstrip().startswith("#")
+        and (node.module or "" if isinstance(node, ast.ImportFrom) else node.names[0].name).partition(".")[0]
+        not in NOT_EVERYWHERE
+    ]
 
 
 def folder(path):
@@ -61,8 +129,11 @@ def folder(path):
     return parts[1] if len(parts) > 2 else ""
 
 
-@pytest.mark.parametrize("found_in, most", [
-    (lambda path, text: rows(text), MOST_ROWS), (lambda path, text: late(text, folder(path)), MOST_LATE)], ids=["rows of values", "late imports"])
+@pytest.mark.parametrize(
+    "found_in, most",
+    [(lambda path, text: rows(text), MOST_ROWS), (lambda path, text: late(text, folder(path)), MOST_LATE)],
+    ids=["rows of values", "late imports"],
+)
 def test_there_are_no_more(found_in, most):
     found = [f"{path.relative_to(ROOT)}: {one}" for path, text in SOURCES.items() for one in found_in(path, text)]
     assert len(found) <= most, found
@@ -75,14 +146,21 @@ def more_than_left(sources):
 
 
 def test_no_other_function_has_more_parameters():
-    found = more_than_left({str(path.relative_to(ROOT / "remap")).removeprefix("chipwise/"): text for path, text in SOURCES.items()})
+    found = more_than_left(
+        {str(path.relative_to(ROOT / "remap")).removeprefix("chipwise/"): text for path, text in SOURCES.items()}
+    )
     assert not found, found
 
 
 def test_one_more_parameter_is_seen():
     head = "def {}(a, b, c, d, e, f, g): pass\n"
-    assert more_than_left({"check/times.py": head.format("spend"), "check/assume.py": head.format("assume"), "check/culprit.py": 2 * head.format("__init__")}) == {
-        "check/times.py": {"spend"}, "check/culprit.py": {"__init__"}}
+    assert more_than_left(
+        {
+            "check/times.py": head.format("spend"),
+            "check/assume.py": head.format("assume"),
+            "check/culprit.py": 2 * head.format("__init__"),
+        }
+    ) == {"check/times.py": {"spend"}, "check/culprit.py": {"__init__"}}
 
 
 def test_each_is_seen():

@@ -8,6 +8,7 @@ import pytest
 def rig():
     """A panel_rig.Rig whose server answers and changes nothing."""
     from support.panel_rig import serving
+
     with serving() as found:
         yield found
 
@@ -16,5 +17,6 @@ def rig():
 def changing():
     """A panel_rig.Rig whose page may change something."""
     from support.panel_rig import TOKEN, serving
+
     with serving(TOKEN) as found:
         yield found

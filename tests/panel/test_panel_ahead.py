@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The path ahead and the contours of the loaded program for the page: what LinuxCNC's own interpreter makes of a program."""
+"""The path ahead and the contours of the loaded program for the page: what LinuxCNC's own interpreter makes of a
+program."""
 
 import json
 import os
@@ -23,7 +24,9 @@ HEAD = "G21 G90\nT1 M6\nS1000 M3\nF600\n"
 def read(tmp_path, text, ini=MM, tip=(0.0, 0.0, 5.0), **changed):
     program = tmp_path / "part.ngc"
     program.write_text(text)
-    return look_ahead_process.read({"ini": ini, "program": str(program), "scene": scene(program, **changed), "tip": list(tip)}, str(tmp_path))
+    return look_ahead_process.read(
+        {"ini": ini, "program": str(program), "scene": scene(program, **changed), "tip": list(tip)}, str(tmp_path)
+    )
 
 
 # ---- what is read ------------------------------------------------------------------------------------------------
@@ -32,18 +35,34 @@ def read(tmp_path, text, ini=MM, tip=(0.0, 0.0, 5.0), **changed):
 def test_moves_of_a_program(tmp_path):
     head, path = read(tmp_path, HEAD + "G0 X10 Y20\nG1 Z-2\nG1 X40\nG2 X40 Y20 I-5\nG0 Z5\nM2\n", tip=(1.0, 2.0, 3.0))
     assert (head["note"], head["relative"], head["loops"], head["points"]) == ("", False, [], len(path.points))
-    assert path.points[:4].tolist() == [[1, 2, 3], [10, 20, 3], [10, 20, -2], [40, 20, -2]] and path.rapid[:4].tolist() == [True, True, False, False]
+    assert path.points[:4].tolist() == [[1, 2, 3], [10, 20, 3], [10, 20, -2], [40, 20, -2]] and path.rapid[
+        :4
+    ].tolist() == [True, True, False, False]
     assert path.low[:4].tolist() == path.high[:4].tolist() == [0, 5, 6, 7]
     arc = path.points[4:-1]
-    assert len(arc) > 20 and np.abs(np.hypot(arc[:, 0] - 35, arc[:, 1] - 20) - 5).max() < 1e-3 and (path.low[4:-1] == 8).all()
+    assert (
+        len(arc) > 20
+        and np.abs(np.hypot(arc[:, 0] - 35, arc[:, 1] - 20) - 5).max() < 1e-3
+        and (path.low[4:-1] == 8).all()
+    )
     assert path.points[-1].tolist() == [40, 20, 5] and path.rapid[-1]
 
 
-@pytest.mark.parametrize("ini, unit, words", [(MM, 1.0, "G21"), (INCH, 25.4, "G20"), (MM, 1.0, "G20"), (INCH, 25.4, "G21")])
+@pytest.mark.parametrize(
+    "ini, unit, words", [(MM, 1.0, "G21"), (INCH, 25.4, "G20"), (MM, 1.0, "G20"), (INCH, 25.4, "G21")]
+)
 def test_work_offsets_and_units(tmp_path, ini, unit, words):
     """Offset, G92 and rotation of the status in machine units; the program in either unit."""
     program = 25.4 if words == "G20" else 1.0
-    head, path = read(tmp_path, f"{words} G90\nT1 M6\nS1000 M3\nF60\nG0 Z1\nG0 X2 Y1\nM2\n", ini, index=3, offset=[5.0, 7.0, -1.0], g92=[0.5, 0.0, 0.25], turn=90.0)
+    head, path = read(
+        tmp_path,
+        f"{words} G90\nT1 M6\nS1000 M3\nF60\nG0 Z1\nG0 X2 Y1\nM2\n",
+        ini,
+        index=3,
+        offset=[5.0, 7.0, -1.0],
+        g92=[0.5, 0.0, 0.25],
+        turn=90.0,
+    )
     # program (2, 1) + G92, turned by 90 degrees, + offset
     there = [5.0 * unit - 1 * program, 7.0 * unit + 2 * program + 0.5 * unit, -1.0 * unit + 1 * program + 0.25 * unit]
     assert head["note"] == "" and path.points[-1].tolist() == pytest.approx(there, abs=1e-3)
@@ -51,9 +70,12 @@ def test_work_offsets_and_units(tmp_path, ini, unit, words):
 
 @pytest.mark.parametrize("code", ["G77 Q100 P42 Z-4 R1 I0.3", "G78 Q100 P42 Z-4 R1", "G79 Q100 Z-4 R1"])
 def test_contours_at_their_place(tmp_path, code):
-    """Work offset, a rotation by 90 degrees, and G55 chosen by the program; depth of the cycle; the path ends where the cycle does."""
+    """Work offset, a rotation by 90 degrees, and G55 chosen by the program; depth of the cycle; the path ends where the
+    cycle does."""
     head, path = read(tmp_path, SQUARE + HEAD + f"G10 L2 P2 X100 Y50 Z-3 R90\nG55\nG0 X0 Y0 Z5\n{code}\nM2\n")
-    corners = {(round(x, 3), round(y, 3), round(z, 3)) for x, y, z in (loop for loops in head["loops"] for loop in loops)}
+    corners = {
+        (round(x, 3), round(y, 3), round(z, 3)) for x, y, z in (loop for loops in head["loops"] for loop in loops)
+    }
     assert head["note"] == "" and len(head["loops"]) == 1 and len(path.points) > 5
     assert corners == {(100 - y, 50 + x, -7.0) for x, y in ((10, 10), (30, 10), (30, 25), (10, 25))}
     outside = path.points[(path.low >= 15) & ~path.rapid]
@@ -63,14 +85,25 @@ def test_contours_at_their_place(tmp_path, code):
 
 
 def test_each_contour_once(tmp_path):
-    head, _path = read(tmp_path, SQUARE + HEAD + "G0 X0 Y0 Z5\nG77 Q100 P42 Z-4 R1\nG78 Q100 P42 Z-4 R1\nG78 Q100 P42 Z-6 R1\nM2\n")
+    head, _path = read(
+        tmp_path, SQUARE + HEAD + "G0 X0 Y0 Z5\nG77 Q100 P42 Z-4 R1\nG78 Q100 P42 Z-4 R1\nG78 Q100 P42 Z-6 R1\nM2\n"
+    )
     assert sorted(loop[0][2] for loop in head["loops"]) == [-6, -4]
 
 
-@pytest.mark.parametrize("text, note, line", [
-    (HEAD + "G0 X10\nG38.2 Z-5 F50\nG1 X20\nM2\n", "the program probes (G38): what it finds is known on the machine only", 6),
-    (HEAD + "G0 X10\nG1 X20\nG1 X[1/0]\nM2\n", "", 7), (HEAD + "G0 X10\nG93\nG1 X20 F2\nM2\n", "G93 (inverse time) is not judged", 6),
-    (HEAD + "G0 X10\nG79 Q7 Z-1\nM2\n", "G79: there is no sub O7", 0)])
+@pytest.mark.parametrize(
+    "text, note, line",
+    [
+        (
+            HEAD + "G0 X10\nG38.2 Z-5 F50\nG1 X20\nM2\n",
+            "the program probes (G38): what it finds is known on the machine only",
+            6,
+        ),
+        (HEAD + "G0 X10\nG1 X20\nG1 X[1/0]\nM2\n", "", 7),
+        (HEAD + "G0 X10\nG93\nG1 X20 F2\nM2\n", "G93 (inverse time) is not judged", 6),
+        (HEAD + "G0 X10\nG79 Q7 Z-1\nM2\n", "G79: there is no sub O7", 0),
+    ],
+)
 def test_the_path_up_to_what_cannot_be_known(tmp_path, text, note, line):
     head, path = read(tmp_path, text)
     assert head["note"].startswith(note) and head["note"] and head["line"] == line, head
@@ -95,16 +128,25 @@ def test_relative_programs_begin_where_the_tool_is(tmp_path):
     head, path = read(tmp_path, text, tip=(7.0, 8.0, 9.0))
     assert head["relative"] and path.points.tolist() == [[7, 8, 9], [17, 8, 9], [17, 8, 4]]
     assert read(tmp_path, "G90.1 G91.1 (G91)\nG0 X1 ;G91\nM2\n")[0]["relative"] is False
-    assert read(tmp_path, "G0 X1\nM2\n", codes="G21 G17 G91 G91.1", tip=(7.0, 8.0, 9.0))[1].points[-1].tolist() == [8, 8, 9]
+    assert read(tmp_path, "G0 X1\nM2\n", codes="G21 G17 G91 G91.1", tip=(7.0, 8.0, 9.0))[1].points[-1].tolist() == [
+        8,
+        8,
+        9,
+    ]
 
 
 def test_lines_that_are_left_out(tmp_path):
     text = HEAD + "G0 X10\n/G0 X20\nM2\n"
-    assert read(tmp_path, text)[1].points[-1, 0] == 20 and read(tmp_path, text, block_delete=True)[1].points[-1, 0] == 10
+    assert (
+        read(tmp_path, text)[1].points[-1, 0] == 20 and read(tmp_path, text, block_delete=True)[1].points[-1, 0] == 10
+    )
 
 
 def test_a_parameter_file_with_the_offsets_in_force():
-    text = in_force.parameters("5161\t1.5\n5241 7\nwords here\n\n5220\t1\n", scene("", index=2, offset=[1.0, -2.0, 3e-7], turn=45.0, g92=[0.0, 1.0, 0.0]))
+    text = in_force.parameters(
+        "5161\t1.5\n5241 7\nwords here\n\n5220\t1\n",
+        scene("", index=2, offset=[1.0, -2.0, 3e-7], turn=45.0, g92=[0.0, 1.0, 0.0]),
+    )
     rows = [row.split() for row in text.splitlines()]
     numbers = [int(row[0]) for row in rows]
     found = {int(n): float(v) for n, v in rows}
@@ -158,4 +200,6 @@ def test_answers_that_are_no_answers():
     for text in (b"", b"{}", b"not json\n", b'{"points": 3, "step": 0.1}\nabc'):
         with pytest.raises((ValueError, KeyError)):
             look_ahead.unpacked(text)
-    assert isinstance(look_ahead.unpacked(json.dumps({"points": 1, "step": 0.1}).encode() + b"\n" + bytes(12 + 1 + 4 + 4))[1], Path)
+    assert isinstance(
+        look_ahead.unpacked(json.dumps({"points": 1, "step": 0.1}).encode() + b"\n" + bytes(12 + 1 + 4 + 4))[1], Path
+    )

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""When the path ahead and the contours are on the page: before, while and after a run, and after changes; a reading that a test lets end."""
+"""When the path ahead and the contours are on the page: before, while and after a run, and after changes; a reading
+that a test lets end."""
 
 import math
 import struct
@@ -15,7 +16,9 @@ from support.panel_rig import scene
 def straight(length=100.0, step=10.0, line=10):
     """A path along X at Z0, a line for each move; from (0, 0, 0)."""
     thinner, count = Thinner(), round(length / step) + 1
-    thinner.add(np.array([[k * step, 0, 0] for k in range(count)]), np.zeros(count, bool), np.arange(line, line + count))
+    thinner.add(
+        np.array([[k * step, 0, 0] for k in range(count)]), np.zeros(count, bool), np.arange(line, line + count)
+    )
     return thinner.path()
 
 
@@ -71,7 +74,7 @@ def shop(tmp_path):
 def test_before_while_and_after_a_run(shop):
     assert shop.look() == 0 and shop.ahead.state()["joined"] is False
     assert shop.run_to(5) == 1 and shop.ahead.state()["joined"] and shop.run_to(35) == 4 and shop.run_to(99) == 10
-    assert shop.look(False) is None and shop.look(False) is None           # ended or aborted: nothing is ahead
+    assert shop.look(False) is None and shop.look(False) is None  # ended or aborted: nothing is ahead
     shop.pins["tip"] = (0.0, 0.0, 0.0)
     assert shop.look(True, line=11.0) == 1 and shop.run_to(25) == 3 and len(Reading.all) == 1
 
@@ -80,7 +83,11 @@ def test_only_for_a_page(tmp_path):
     shop = Shop(tmp_path)
     assert shop.look(wanted=False) is None and not Reading.all
     shop.look()
-    assert len(Reading.all) == 1 and Reading.all[0].order["program"] == str(shop.program) and Reading.all[0].order["tip"] == [0, 0, 0]
+    assert (
+        len(Reading.all) == 1
+        and Reading.all[0].order["program"] == str(shop.program)
+        and Reading.all[0].order["tip"] == [0, 0, 0]
+    )
 
 
 def test_a_page_that_is_opened_while_a_program_runs(tmp_path):
@@ -104,7 +111,11 @@ def test_a_program_that_is_opened_and_begun_between_two_looks(shop, tmp_path, sa
     other = shop.program if same else tmp_path / "other.ngc"
     other.write_text("G0 X7 Y8\n")
     shop.scene = scene(other)
-    assert shop.look(True, tip=(0.0, 0.0, 0.0), line=0.0) is None and Reading.all[-1].order["program"] == str(other) and len(Reading.all) == 2
+    assert (
+        shop.look(True, tip=(0.0, 0.0, 0.0), line=0.0) is None
+        and Reading.all[-1].order["program"] == str(other)
+        and len(Reading.all) == 2
+    )
     Reading.all[-1].answer(straight())
     assert shop.look(True, line=11.0) == 1 and shop.run_to(25) == 3 and len(Reading.all) == 2
 
@@ -143,9 +154,12 @@ def test_no_process_for_it(tmp_path):
 
     def refuse(_order):
         raise OSError(11, "Resource temporarily unavailable")
+
     shop.ahead = look_ahead.Ahead("mill.ini", refuse)
     assert shop.look() is None and shop.look(True) is None
-    assert shop.ahead.state()["note"] == "it could not be read: Resource temporarily unavailable; open the program again"
+    assert (
+        shop.ahead.state()["note"] == "it could not be read: Resource temporarily unavailable; open the program again"
+    )
 
 
 def test_a_running_program_is_not_read_again(shop):
@@ -188,13 +202,22 @@ def test_windows(tmp_path):
     shop.look()
     assert shop.ahead.messages((-1, 0))[1] == (2, 0)
     found, seen = shop.ahead.messages((2, 7))
-    (kind, data), = found
-    assert kind == b"A" and struct.unpack_from("<II", data) == (2, 0) and len(data) == 8 + 16 * 2 * look_ahead.WINDOW and seen == (2, 0)
+    ((kind, data),) = found
+    assert (
+        kind == b"A"
+        and struct.unpack_from("<II", data) == (2, 0)
+        and len(data) == 8 + 16 * 2 * look_ahead.WINDOW
+        and seen == (2, 0)
+    )
     assert shop.ahead.messages(seen) == ([], seen)
     shop.ahead.look(0.1, shop.scene, True, {**shop.pins, "tip": (0.0, 0.0, 0.0)}, True)
     for k in range(30):
         shop.ahead.look(0.1, shop.scene, True, {**shop.pins, "tip": (12_345.5, 0.0, 0.0), "line": 12_356.0}, True)
     assert shop.ahead.state()["from"] == 12_346
-    (kind, data), = shop.ahead.messages(seen)[0]
+    ((kind, data),) = shop.ahead.messages(seen)[0]
     rows = np.frombuffer(data[8:], "<f4").reshape(-1, 4)
-    assert struct.unpack_from("<II", data) == (2, 10_000) and rows[0].tolist() == [10_000, 0, 0, 0] and len(rows) == 2 * look_ahead.WINDOW
+    assert (
+        struct.unpack_from("<II", data) == (2, 10_000)
+        and rows[0].tolist() == [10_000, 0, 0, 0]
+        and len(rows) == 2 * look_ahead.WINDOW
+    )

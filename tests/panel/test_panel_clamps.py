@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Clamps on the page of `chipwise panel`: the set-ups of the machine's file, M256 in MDI at rest, and the picture of those in force."""
+"""Clamps on the page of `chipwise panel`: the set-ups of the machine's file, M256 in MDI at rest, and the picture of
+those in force."""
 
 import json
 import math
@@ -17,7 +18,10 @@ from support.check_runs import mill_with_tools
 from support.panel_rig import TOKEN, asking, posted, serving
 from support.panel_client import request
 
-VICE = "[set_up.2]\nname = 'vice'\n[set_up.2.clamp.jaw]\nbox = [10, 30, -30, 40, 50, 5]\n[set_up.2.clamp.stop]\ncylinder = [70, 10, -30, 8, 12]\n[set_up.9.clamp.a]\nbox = [0, 0, 0, 1, 1, 1]\n"
+VICE = (
+    "[set_up.2]\nname = 'vice'\n[set_up.2.clamp.jaw]\nbox = [10, 30, -30, 40, 50, 5]\n[set_up.2.clamp.stop]\n"
+    "cylinder = [70, 10, -30, 8, 12]\n[set_up.9.clamp.a]\nbox = [0, 0, 0, 1, 1, 1]\n"
+)
 NEW = {"set_up": 3, "title": "plate", "add": "bolt-1", "box": [1, 2, 3, 4, 5, 6]}
 
 
@@ -74,17 +78,33 @@ def test_what_is_listed_and_in_force(shop):
     assert found["file"] == "clamps.toml" and found["in_force"] == [] and found["set_ups"]["2"]["name"] == "vice"
     assert found["set_ups"]["2"]["clamps"]["stop"] == {"shape": "cylinder", "min": [64, 4, -30], "max": [76, 16, 8]}
     assert posted(rig, "/clamps", {"set_up": 2}) == (200, {}) and machine.sent == ["M256 P2"]
-    assert listed(rig)["in_force"] == [2] and json.loads(rig.watch.text)["clamps"][1] == [1, 0.0, [70.0, 10.0], [6.0, 6.0], 8.0]
+    assert listed(rig)["in_force"] == [2] and json.loads(rig.watch.text)["clamps"][1] == [
+        1,
+        0.0,
+        [70.0, 10.0],
+        [6.0, 6.0],
+        8.0,
+    ]
     machine.state = replace(machine.state, incremental=True)
-    assert posted(rig, "/clamps", {"set_up": 0}) == (200, {}) and listed(rig)["in_force"] == [] and machine.sent[1:] == ["M256 P0"]
+    assert (
+        posted(rig, "/clamps", {"set_up": 0}) == (200, {})
+        and listed(rig)["in_force"] == []
+        and machine.sent[1:] == ["M256 P0"]
+    )
 
 
 def test_only_at_rest_and_with_the_token(shop):
     rig, machine, path = shop
     for token in (None, "wrong-token-9"):
-        assert posted(rig, "/clamps", {"set_up": 2}, token=token)[0] == posted(rig, "/clamp", NEW, token=token)[0] == 403
-    for state, said in (({"idle": False}, "a program or a command is under way"), ({"at_rest": False}, "the machine moves"), ({"on": False}, "the machine is off"),
-                        ({"estop": True}, "E-stop")):
+        assert (
+            posted(rig, "/clamps", {"set_up": 2}, token=token)[0] == posted(rig, "/clamp", NEW, token=token)[0] == 403
+        )
+    for state, said in (
+        ({"idle": False}, "a program or a command is under way"),
+        ({"at_rest": False}, "the machine moves"),
+        ({"on": False}, "the machine is off"),
+        ({"estop": True}, "E-stop"),
+    ):
         machine.state = replace(mdi.State(), **state)
         status, words = posted(rig, "/clamps", {"set_up": 2})
         assert status == 409 and said in words and not machine.sent
@@ -97,14 +117,30 @@ def test_a_clamp_more_and_one_less(shop):
     rig, _machine, path = shop
     assert posted(rig, "/corner", {"machine": True}, token=None) == (200, {"corner": [0.0, 0.0, 0.0]})
     assert posted(rig, "/clamp", NEW) == (200, {"file": "clamps.toml"})
-    assert listed(rig)["set_ups"]["3"] == {"name": "plate", "clamps": {"bolt-1": {"shape": "box", "min": [1, 2, 3], "max": [4, 5, 6]}}}
-    assert posted(rig, "/clamp", {"set_up": 2, "remove": "jaw"})[0] == 200 and list(listed(rig)["set_ups"]["2"]["clamps"]) == ["stop"]
-    assert posted(rig, "/clamp", {"set_up": 2, "remove": "stop"})[0] == 200 and sorted(listed(rig)["set_ups"]) == ["3", "9"]
+    assert listed(rig)["set_ups"]["3"] == {
+        "name": "plate",
+        "clamps": {"bolt-1": {"shape": "box", "min": [1, 2, 3], "max": [4, 5, 6]}},
+    }
+    assert posted(rig, "/clamp", {"set_up": 2, "remove": "jaw"})[0] == 200 and list(
+        listed(rig)["set_ups"]["2"]["clamps"]
+    ) == ["stop"]
+    assert posted(rig, "/clamp", {"set_up": 2, "remove": "stop"})[0] == 200 and sorted(listed(rig)["set_ups"]) == [
+        "3",
+        "9",
+    ]
     before = path.read_text()
-    for change, status, said in (({"add": "bolt-1"}, 409, "has a clamp bolt-1 already"), ({"add": "a b"}, 409, "no name of at most 40"), ({"add": ""}, 409, "no name of at most 40"),
-                                 ({"add": "x", "box": [1, 2, 3, 1, 5, 6]}, 409, "no extent in X"), ({"add": "x", "box": [1, 2, 3, 4, 5]}, 400, "not six"),
-                                 ({"add": "x", "box": [1, 2, 3, 4, 5, math.nan]}, 400, ""), ({"add": None}, 400, "not a text"), ({"remove": "bolt-1"}, 400, "not a text"),
-                                 ({"add": None, "remove": "bolt-7"}, 409, "no clamp of that name"), ({"set_up": 0}, 400, "from 1 to 999")):
+    for change, status, said in (
+        ({"add": "bolt-1"}, 409, "has a clamp bolt-1 already"),
+        ({"add": "a b"}, 409, "no name of at most 40"),
+        ({"add": ""}, 409, "no name of at most 40"),
+        ({"add": "x", "box": [1, 2, 3, 1, 5, 6]}, 409, "no extent in X"),
+        ({"add": "x", "box": [1, 2, 3, 4, 5]}, 400, "not six"),
+        ({"add": "x", "box": [1, 2, 3, 4, 5, math.nan]}, 400, ""),
+        ({"add": None}, 400, "not a text"),
+        ({"remove": "bolt-1"}, 400, "not a text"),
+        ({"add": None, "remove": "bolt-7"}, 409, "no clamp of that name"),
+        ({"set_up": 0}, 400, "from 1 to 999"),
+    ):
         answer = posted(rig, "/clamp", {**NEW, **change})
         assert answer[0] == status and said in answer[1], (change, answer)
     assert path.read_text() == before
@@ -137,14 +173,17 @@ class Page:
         self.wait(f"document.getElementById('clamps-says').textContent.includes({json.dumps(text)})", text)
 
     def texts(self, selector):
-        return self.run(f"return Array.from(document.querySelectorAll('{selector}'), (e) => Array.from(e.cells, (c) => c.textContent).slice(0, 4))")
+        return self.run(
+            f"return Array.from(document.querySelectorAll('{selector}'), (e) => Array.from(e.cells, (c) => "
+            f"c.textContent).slice(0, 4))"
+        )
 
     def press(self, name):
         self.run(f"document.getElementById('clamps-{name}').click()")
 
     def clamp_pixels(self):
         item = colours.load("")["clamp"].colour(self.run("return document.documentElement.dataset.theme"))
-        return self.run(PIXELS, [int(item[k:k + 2], 16) for k in (1, 3, 5)])
+        return self.run(PIXELS, [int(item[k : k + 2], 16) for k in (1, 3, 5)])
 
 
 @pytest.fixture
@@ -182,7 +221,9 @@ def new_clamps(page, machine):
         svg.setPointerCapture = () => {};
         send('pointerdown', 50, 40); send('pointermove', 20, 25);
         send('pointermove', 45, 20); send('pointerup', 45, 20)""")
-    assert [float(page.run(f"return document.getElementById('clamps-n{k}').value")) for k in (0, 1, 3, 4)] == pytest.approx([50, 40, 45, 20], abs=0.3)
+    assert [
+        float(page.run(f"return document.getElementById('clamps-n{k}').value")) for k in (0, 1, 3, 4)
+    ] == pytest.approx([50, 40, 45, 20], abs=0.3)
     assert page.run("return document.querySelectorAll('#clamps-picture .new').length") == 1
 
 
@@ -191,15 +232,28 @@ def test_in_a_browser(shop, page, tmp_path):
     """Read the list, switch a set-up on and see it in the picture, take corners from the tool, draw a box, clear."""
     (page, machine), rig = page, shop[0]
     page.says("enter the token to change clamps")
-    assert page.texts("#clamps-set-ups tr") == [["P2", "vice", "2", "-"], ["P9", "", "1", "-"]] and page.texts("#clamps-rows tr")[0][:3] == ["jaw", "box", "10 30 -30"]
+    assert page.texts("#clamps-set-ups tr") == [["P2", "vice", "2", "-"], ["P9", "", "1", "-"]] and page.texts(
+        "#clamps-rows tr"
+    )[0][:3] == ["jaw", "box", "10 30 -30"]
     page.run("sessionStorage.setItem('chipwise-token', arguments[0])", TOKEN)
-    page.run("Array.from(document.querySelectorAll('#clamps-set-ups tr button')).find((b) => b.textContent === 'Switch on').click()")
+    page.run(
+        "Array.from(document.querySelectorAll('#clamps-set-ups tr button')).find((b) => b.textContent === 'Switch "
+        "on').click()"
+    )
     page.says("in force: P2")
     page.wait("document.querySelectorAll('#clamps-picture .on').length === 2", "both in the picture")
-    assert page.texts("#clamps-set-ups tr")[0][3] == "in force" and page.run("return document.getElementById('clamps-count').textContent") == "Clamps in force: 2"
+    assert (
+        page.texts("#clamps-set-ups tr")[0][3] == "in force"
+        and page.run("return document.getElementById('clamps-count').textContent") == "Clamps in force: 2"
+    )
     new_clamps(page, machine)
-    small = page.run("return Array.from(document.querySelectorAll('#clamps button')).filter((b) => b.offsetHeight < 34 || b.offsetWidth < 34).map((b) => b.textContent)")
-    assert small == [] and page.run("return [document.documentElement.scrollWidth, document.documentElement.scrollHeight]") == [1024, 768]
+    small = page.run(
+        "return Array.from(document.querySelectorAll('#clamps button')).filter((b) => b.offsetHeight < 34 || "
+        "b.offsetWidth < 34).map((b) => b.textContent)"
+    )
+    assert small == [] and page.run(
+        "return [document.documentElement.scrollWidth, document.documentElement.scrollHeight]"
+    ) == [1024, 768]
     page.driver.save_screenshot(str(tmp_path / "section.png"))
     page.press("close")
     assert page.run("return chipwise.view instanceof HeightView") and page.clamp_pixels() > 300
@@ -212,4 +266,7 @@ def test_in_a_browser(shop, page, tmp_path):
     page.wait("chipwise.state.clamps.length === 0", "no clamp")
     assert page.clamp_pixels() < 30
     rig.machine.values["doubt"] = 2.1
-    page.wait("document.getElementById('stock-note').textContent === 'A probed blank: higher than the part by up to 2.10 mm'", "the doubt of the stock")
+    page.wait(
+        "document.getElementById('stock-note').textContent === 'A probed blank: higher than the part by up to 2.10 mm'",
+        "the doubt of the stock",
+    )

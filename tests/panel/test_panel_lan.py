@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A stranger in the network who has no token shuts nobody out: neither the operator at the machine nor one with a tablet and the token."""
+"""A stranger in the network who has no token shuts nobody out: neither the operator at the machine nor one with a
+tablet and the token."""
 
 import json
 import os
@@ -19,8 +20,21 @@ USER = [] if os.geteuid() == 0 else ["--user", "--map-root-user"]
 def no_network():
     """Why this computer cannot have a network of two, "" if it can."""
     try:
-        tried = subprocess.run(["unshare", *USER, "--net", "--", "sh", "-c", "ip link add here type veth peer name there && unshare --net true"], capture_output=True,
-                               text=True, timeout=60, check=False)
+        tried = subprocess.run(
+            [
+                "unshare",
+                *USER,
+                "--net",
+                "--",
+                "sh",
+                "-c",
+                "ip link add here type veth peer name there && unshare --net true",
+            ],
+            capture_output=True,
+            text=True,
+            timeout=60,
+            check=False,
+        )
     except OSError as error:
         return str(error)
     return tried.stderr.strip() if tried.returncode else ""
@@ -29,8 +43,15 @@ def no_network():
 @pytest.mark.skipif(no_network() != "", reason="no network namespace: " + no_network())
 @pytest.mark.parametrize("kind", ["streams", "drip", "plan", "gets", "all"])
 def test_a_stranger_shuts_nobody_out(kind):
-    """From a computer of its own: 16 streams, 40 requests byte by byte, plans and codes in a loop.  Every call of the others is answered."""
-    done = subprocess.run([sys.executable, ATTACK, *([] if kind == "all" else [kind])], stdout=subprocess.PIPE, text=True, timeout=300, check=True)
+    """From a computer of its own: 16 streams, 40 requests byte by byte, plans and codes in a loop.  Every call of the
+    others is answered."""
+    done = subprocess.run(
+        [sys.executable, ATTACK, *([] if kind == "all" else [kind])],
+        stdout=subprocess.PIPE,
+        text=True,
+        timeout=300,
+        check=True,
+    )
     found = json.loads(done.stdout.splitlines()[-1])
     for who in ("operator", "tablet"):
         assert found[who]["refused"] == [] and found[who]["rounds"] >= 1, found
@@ -63,7 +84,10 @@ def test_one_address(clock):
 def test_room_for_this_computer(clock, own):
     """Many addresses do not get more than their part."""
     found = Visitors()
-    assert crowd(found, [f"10.0.{k // 200}.{k % 200 + 2}" for k in range(400)]) == visitors.MOST_CONNECTIONS - visitors.ROOM_CONNECTIONS
+    assert (
+        crowd(found, [f"10.0.{k // 200}.{k % 200 + 2}" for k in range(400)])
+        == visitors.MOST_CONNECTIONS - visitors.ROOM_CONNECTIONS
+    )
     assert crowd(found, [own] * 100) == visitors.ROOM_CONNECTIONS
 
 
@@ -93,8 +117,12 @@ def test_pages(clock):
             connection = object()
             opened += found.come(connection, address, "10.0.0.1") and found.open_page(connection)
         return opened
+
     assert pages("10.0.0.9", 10) == visitors.STREAMS_OF_ADDRESS
-    assert sum(pages(f"10.0.0.{k}", 1) for k in range(20, 40)) == visitors.MOST_STREAMS - visitors.ROOM_STREAMS - visitors.STREAMS_OF_ADDRESS
+    assert (
+        sum(pages(f"10.0.0.{k}", 1) for k in range(20, 40))
+        == visitors.MOST_STREAMS - visitors.ROOM_STREAMS - visitors.STREAMS_OF_ADDRESS
+    )
     assert pages("127.0.0.1", 12) == visitors.ROOM_STREAMS
     assert not found.open_page(object())
 
@@ -110,6 +138,7 @@ def test_requests_in_time(clock):
             served += found.come(connection, address, "10.0.0.1")
             found.go(connection)
         return served
+
     assert ask(500) == visitors.REQUESTS_AT_ONCE and ask(20, "10.0.0.8") == 20 and ask(500, "127.0.0.1") == 500
     clock[0] += 1.0
     assert ask(500) == visitors.REQUESTS_PER_S
@@ -123,7 +152,11 @@ def test_what_is_remembered_is_bounded(clock):
         if k % 2:
             found.befriend(found.connections[connection])
         found.go(connection)
-    assert len(found._budgets) <= visitors.MOST_REMEMBERED and len(found._friends) <= visitors.MOST_FRIENDS and not found.connections
+    assert (
+        len(found._budgets) <= visitors.MOST_REMEMBERED
+        and len(found._friends) <= visitors.MOST_FRIENDS
+        and not found.connections
+    )
 
 
 # ---- a plan costs computing time -------------------------------------------------------------------------------------
@@ -135,6 +168,7 @@ def test_a_plan_from_elsewhere_needs_the_token(monkeypatch):
     from chipwise.panel import server
     from support.panel_client import request
     from support.panel_rig import TOKEN, serving
+
     monkeypatch.setattr(visitors, "is_local", lambda address, _served: address == "127.0.0.2")
     monkeypatch.setattr(server, "WRONG_TOKEN_S", 0.01)
     asked = []
@@ -142,10 +176,20 @@ def test_a_plan_from_elsewhere_needs_the_token(monkeypatch):
     def ask(order):
         asked.append(order["do"])
         return {"line": "M252", "unit": "mm", "svg": "", "figures": [], "messages": [], "refused": "", "state": {}}
+
     for token in (TOKEN, ""):
         with serving(token, lines=entry.Lines(str(ROOT / "configs/mill.ini"), ask)) as rig:
+
             def plan(**headers):
-                return request(rig.url, "/plan", "POST", b'{"code": "M252", "text": "", "mode": "light"}', Origin=rig.url, **headers)[::2]
+                return request(
+                    rig.url,
+                    "/plan",
+                    "POST",
+                    b'{"code": "M252", "text": "", "mode": "light"}',
+                    Origin=rig.url,
+                    **headers,
+                )[::2]
+
             for headers in ({}, {"X_Chipwise_Token": "wrong"}):
                 status, words = plan(**headers)
                 assert status == 403 and b"PANEL_TOKEN" in words and asked == []

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Connections to the server of `chipwise panel` that are many, slow, silent or garbage: they are cut off, and nobody waits."""
+"""Connections to the server of `chipwise panel` that are many, slow, silent or garbage: they are cut off, and nobody
+waits."""
 
 import os
 import random
@@ -19,7 +20,7 @@ GARBAGE = int(os.environ.get("CHIPWISE_PANEL_GARBAGE", 60))
 def test_a_hundred_connections(rig, monkeypatch):
     """Those that say nothing are cut off; then there is place again."""
     monkeypatch.setattr(server, "REQUEST_S", 1.5)
-    at_once = []                                            # the connections and threads after each one that came
+    at_once = []  # the connections and threads after each one that came
 
     def process_request(self, *connection, process=server.Server.process_request):
         process(self, *connection)
@@ -27,7 +28,7 @@ def test_a_hundred_connections(rig, monkeypatch):
 
     monkeypatch.setattr(server.Server, "process_request", process_request)
     rig.looks()
-    others = threading.active_count()                       # of the tests
+    others = threading.active_count()  # of the tests
     page = threading.Thread(target=follow, args=(rig.url, 4.0))
     page.start()
     rig.wait(lambda: rig.watch.pages == 1)
@@ -37,7 +38,7 @@ def test_a_hundred_connections(rig, monkeypatch):
     assert 1 < connections <= visitors.MOST_CONNECTIONS and threads - others < visitors.MOST_CONNECTIONS + 10
     before = rig.machine.looks
     rig.wait(lambda: len(rig.server._open) <= 1)
-    assert rig.machine.looks > before                       # the looks at the machine went on
+    assert rig.machine.looks > before  # the looks at the machine went on
     assert request(rig.url, "/state.json")[0] == 200
     for one in crowd:
         one.close()
@@ -45,9 +46,14 @@ def test_a_hundred_connections(rig, monkeypatch):
     assert not page.is_alive()
 
 
-@pytest.mark.parametrize("at_once, slowly", [
-    ("", "GET / HTTP/1.0\r\nX-Long: " + "a" * 1000),
-    ("POST /plan HTTP/1.0\r\nHost: {0}\r\nOrigin: http://{0}\r\nContent-Length: 4000\r\n\r\n", " " * 1000)], ids=["head", "body"])
+@pytest.mark.parametrize(
+    "at_once, slowly",
+    [
+        ("", "GET / HTTP/1.0\r\nX-Long: " + "a" * 1000),
+        ("POST /plan HTTP/1.0\r\nHost: {0}\r\nOrigin: http://{0}\r\nContent-Length: 4000\r\n\r\n", " " * 1000),
+    ],
+    ids=["head", "body"],
+)
 def test_byte_by_byte(rig, monkeypatch, at_once, slowly):
     """A request that never ends is cut off, though each byte of it comes in time."""
     monkeypatch.setattr(server, "REQUEST_S", 1.0)
@@ -62,7 +68,7 @@ def test_byte_by_byte(rig, monkeypatch, at_once, slowly):
                 break
             sent += 1
             time.sleep(0.05)
-    assert cut and 0 < sent < 800               # each takes 0.05 s or more
+    assert cut and 0 < sent < 800  # each takes 0.05 s or more
     rig.wait(lambda: not rig.server._open)
 
 
@@ -91,7 +97,7 @@ def test_pages_have_an_end(rig, monkeypatch):
     rig.wait(lambda: rig.watch.pages == 3)
     status, _headers, words = request(rig.url, "/stream")
     assert status == 503 and b"3 pages are open already" in words and not stop
-    rig.watch.end()                                         # LinuxCNC has ended: so do all streams
+    rig.watch.end()  # LinuxCNC has ended: so do all streams
     for page in pages:
         page.join(60)
         assert not page.is_alive()
@@ -102,22 +108,32 @@ def test_garbage(changing, seed):
     """Random bytes, and requests with random parts: an answer or none, and the next request is served."""
     chance = random.Random(seed)
     some = bytes(chance.randrange(256) for _ in range(chance.randrange(1, 300)))
-    data = chance.choice([
-        some, b"GET " + some + b" HTTP/1.0\r\n\r\n", b"GET / HTTP/" + some + b"\r\n\r\n", b"POST /clear HTTP/1.1\r\nContent-Length: -5\r\n\r\n",
-        b"GET / HTTP/1.0\r\n" + some * 500 + b"\r\n\r\n", b"GET / HTTP/1.0\r\n" + b"A: b\r\n" * 300 + b"\r\n", b"GET /" + b"a" * 70000 + b"\r\n\r\n",
-        b"POST /clear HTTP/1.0\r\nHost: x\r\nContent-Length: 99999999999\r\n\r\n", b"\r\n" * 50, b"GET / HTTP/1.0\r\nHost: \xff\xfe\r\n\r\n"])
+    data = chance.choice(
+        [
+            some,
+            b"GET " + some + b" HTTP/1.0\r\n\r\n",
+            b"GET / HTTP/" + some + b"\r\n\r\n",
+            b"POST /clear HTTP/1.1\r\nContent-Length: -5\r\n\r\n",
+            b"GET / HTTP/1.0\r\n" + some * 500 + b"\r\n\r\n",
+            b"GET / HTTP/1.0\r\n" + b"A: b\r\n" * 300 + b"\r\n",
+            b"GET /" + b"a" * 70000 + b"\r\n\r\n",
+            b"POST /clear HTTP/1.0\r\nHost: x\r\nContent-Length: 99999999999\r\n\r\n",
+            b"\r\n" * 50,
+            b"GET / HTTP/1.0\r\nHost: \xff\xfe\r\n\r\n",
+        ]
+    )
     with socket.create_connection(changing.server.server_address[:2], timeout=300) as connection:
         try:
             connection.sendall(data)
             connection.shutdown(socket.SHUT_WR)
             connection.recv(65536)
-        except OSError:             # cut off in the middle of it
+        except OSError:  # cut off in the middle of it
             pass
     assert request(changing.url, "/state.json")[0] == 200, f"seed {seed}: {data!r:.300}"
 
 
 def test_a_page_that_goes_away(rig):
-    rig.looks()         # without them nothing is sent, and it is not seen before server.WAIT_S
+    rig.looks()  # without them nothing is sent, and it is not seen before server.WAIT_S
     for _ in range(20):
         with socket.create_connection(rig.server.server_address[:2]) as connection:
             connection.sendall(f"GET /stream HTTP/1.0\r\nHost: {rig.url[7:]}\r\n\r\n".encode())

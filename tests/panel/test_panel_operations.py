@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The log of operations: where one ends and the next begins, its figures, and random programs against sums written apart."""
+"""The log of operations: where one ends and the next begins, its figures, and random programs against sums written
+apart."""
 
 import json
 import random
@@ -14,22 +15,45 @@ from support.panel_rig import Machine, serving
 from support.random_cases import random_count, random_seed, write_replay
 
 DT = 0.1
-LIMITS = ("nothing", "stock", "ahead", "floor", "ceiling", "fallback", "chip", "power", "torque")      # by number, as chip_limited_by has them
+LIMITS = (
+    "nothing",
+    "stock",
+    "ahead",
+    "floor",
+    "ceiling",
+    "fallback",
+    "chip",
+    "power",
+    "torque",
+)  # by number, as chip_limited_by has them
 MODES = ("off", "limit", "constant", "window")
 
 
-# ---- the lines of cycles ----------------------------------------------------------------------------------------------
+# ---- the lines of cycles ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("text, lines", [
-    ("G21\nG13 X1 I5 Z-1\nM2\n", {2: "G13"}),
-    ("N10 G90 g 79 q100\n/G012 I5\n(G13)\nG12.1\nG1 X13 (G77)\n; G78\nG778\nG7 9\n", {1: "G79", 2: "G12", 8: "G79"}),
-    ("O100 sub\nG1 X1\nO100 endsub\no 100 call\nG77 Q100\n", {5: "G77"}),
-    ("o<My Part> sub\no<mypart> endsub\no<my part> call [1]\nG24 D1\n", {4: "G24"}),
-    ("O0100 sub\nO100 endsub\nO100 call\nG26 Q1\n", {4: "G26"}),
-    ("G13 I5\no200 call\n", {}), ("G13 I5\no<part> call\n", {}), ("G13 I5\nO100 sub\nO100 endsub\no[#1] call\n", {}), ("G13 I5\nM98 P1\n", {}),
-    ("G13 I5\nM980\nO1 if [1]\nO1 endif\nO2 while [0]\nO2 endwhile\n", {1: "G13"}),
-    ("#<g13> = 4\nG1 X#<_g79>\nG#<x>\nG[13]\n", {}), ("G13 I5\r\nG75 Q1\r\n", {1: "G13", 2: "G75"}), ("", {}), ("\xff\x00G13\n", {1: "G13"})])
+@pytest.mark.parametrize(
+    "text, lines",
+    [
+        ("G21\nG13 X1 I5 Z-1\nM2\n", {2: "G13"}),
+        (
+            "N10 G90 g 79 q100\n/G012 I5\n(G13)\nG12.1\nG1 X13 (G77)\n; G78\nG778\nG7 9\n",
+            {1: "G79", 2: "G12", 8: "G79"},
+        ),
+        ("O100 sub\nG1 X1\nO100 endsub\no 100 call\nG77 Q100\n", {5: "G77"}),
+        ("o<My Part> sub\no<mypart> endsub\no<my part> call [1]\nG24 D1\n", {4: "G24"}),
+        ("O0100 sub\nO100 endsub\nO100 call\nG26 Q1\n", {4: "G26"}),
+        ("G13 I5\no200 call\n", {}),
+        ("G13 I5\no<part> call\n", {}),
+        ("G13 I5\nO100 sub\nO100 endsub\no[#1] call\n", {}),
+        ("G13 I5\nM98 P1\n", {}),
+        ("G13 I5\nM980\nO1 if [1]\nO1 endif\nO2 while [0]\nO2 endwhile\n", {1: "G13"}),
+        ("#<g13> = 4\nG1 X#<_g79>\nG#<x>\nG[13]\n", {}),
+        ("G13 I5\r\nG75 Q1\r\n", {1: "G13", 2: "G75"}),
+        ("", {}),
+        ("\xff\x00G13\n", {1: "G13"}),
+    ],
+)
 def test_lines_of_cycles(tmp_path, text, lines):
     path = tmp_path / "part.ngc"
     path.write_bytes(text.encode("latin-1"))
@@ -41,11 +65,16 @@ def test_programs_that_are_not_read(tmp_path, monkeypatch):
     path.write_text("G13 I5\n")
     assert operations.cycle_lines(str(path)) == {1: "G13"}
     monkeypatch.setattr(operations, "MOST_PROGRAM", 3)
-    assert operations.cycle_lines(str(path)) == operations.cycle_lines(str(tmp_path)) == operations.cycle_lines("/nowhere") == {}
+    assert (
+        operations.cycle_lines(str(path))
+        == operations.cycle_lines(str(tmp_path))
+        == operations.cycle_lines("/nowhere")
+        == {}
+    )
     assert operations.cycle_lines("/dev/zero") == operations.cycle_lines("") == {}
 
 
-# ---- operations -------------------------------------------------------------------------------------------------------
+# ---- operations ------------------------------------------------------------------------------------------------------
 
 
 class Cut:
@@ -89,28 +118,48 @@ def test_where_operations_end(tmp_path):
     cut.look(0.02, motion_type=2.0)
     log.end()
     found = log.shown()
-    names = ("operation", "code", "line", "last_line", "tool", "mode", "reference_cm3_min", "removed_cm3", "cutting_s", "seconds", "limited_by", "over_s")
+    names = (
+        "operation",
+        "code",
+        "line",
+        "last_line",
+        "tool",
+        "mode",
+        "reference_cm3_min",
+        "removed_cm3",
+        "cutting_s",
+        "seconds",
+        "limited_by",
+        "over_s",
+    )
     assert [tuple(row[name] for name in names) for row in found["operations"]] == [
         (1, "", 1, 2, 1, "off", "", 0.03, 0.3, 0.3, "nothing", 0.0),
         (2, "G13", 3, 3, 1, "off", "", 0.08, 0.4, 0.5, "nothing", 0.0),
         (3, "G13", 4, 4, 1, "off", "", 0.03, 0.1, 0.1, "nothing", 0.0),
         (4, "", 5, 5, 1, "limit", 6.0, 0.036, 0.3, 0.3, "stock", 0.1),
         (5, "", 5, 5, 1, "limit", 12.0, 0.02, 0.1, 0.1, "ceiling", 0.0),
-        (6, "", 5, 5, 2, "limit", 12.0, 0.02, 0.1, 0.1, "ceiling", 0.0)]
+        (6, "", 5, 5, 2, "limit", 12.0, 0.02, 0.1, 0.1, "ceiling", 0.0),
+    ]
     row = found["operations"][3]
-    assert (row["stock_s"], row["ahead_s"], row["mean_cm3_min"], row["peak_cm3_min"]) == (0.2, 0.1, 7.2, 9.0) and found["count"] == 6
+    assert (row["stock_s"], row["ahead_s"], row["mean_cm3_min"], row["peak_cm3_min"]) == (0.2, 0.1, 7.2, 9.0) and found[
+        "count"
+    ] == 6
     assert set(row) | {"start", "program", "complete"} == set(operations.COLUMNS)
 
 
 def test_what_was_cut_before_a_traverse_is_seen(tmp_path):
-    """A look that comes late: the volume belongs to the operation that was cutting, though the motion is on another line already."""
+    """A look that comes late: the volume belongs to the operation that was cutting, though the motion is on another
+    line already."""
     log = log_of(tmp_path, "G13\nG0\nG13\n")
     cut = Cut(log)
     cut.look(0.02, line=1)
     cut.look(0.02, line=2, motion_type=1.0)
     cut.look(0.0, line=2, tool=2.0)
     cut.look(0.03, line=3, motion_type=2.0)
-    assert [(row["code"], row["removed_cm3"], row["cutting_s"]) for row in log.shown()["operations"]] == [("G13", 0.04, 0.2), ("G13", 0.03, 0.1)]
+    assert [(row["code"], row["removed_cm3"], row["cutting_s"]) for row in log.shown()["operations"]] == [
+        ("G13", 0.04, 0.2),
+        ("G13", 0.03, 0.1),
+    ]
     assert [(row["tool"], row["removed_cm3"]) for row in log.shown()["tools"]] == [(1, 0.04), (2, 0.03)]
 
 
@@ -134,7 +183,7 @@ def test_a_stop_by_a_guard_is_in_its_operation(tmp_path):
         cut.look(guard_reason=1.0)
     cut.look(guard_reason=0.0)
     cut.look(guard_reason=2.0)
-    row, = log.shown()["operations"]
+    (row,) = log.shown()["operations"]
     assert row["stops"] == 2 and row["removed_cm3"] == 0.0 and row["line"] == 1
 
 
@@ -149,18 +198,33 @@ def test_very_many_operations(tmp_path):
     log.end()
     log.write()
     found = log.shown()
-    assert len(found["operations"]) == operations.SHOWN and found["count"] == 600 and found["operations"][-1]["operation"] == 600
+    assert (
+        len(found["operations"]) == operations.SHOWN
+        and found["count"] == 600
+        and found["operations"][-1]["operation"] == 600
+    )
     assert len((tmp_path / "load_operations.csv").read_text().splitlines()) == 601 and log.error == ""
     assert len(json.dumps(found)) < 200_000
 
 
-# ---- random programs ---------------------------------------------------------------------------------------------------
+# ---- random programs -------------------------------------------------------------------------------------------------
 
 
 def random_looks(rng):
     """(cycle lines, looks) of a program: dicts of pins and "cm3"."""
     cycles = {line for line in range(1, 30) if rng.random() < 0.3}
-    looks, state = [], {"tool": 1.0, "mode": 0.0, "target": 0.0, "line": 1.0, "motion_type": 1.0, "guard_reason": 0.0, "limited_by": 0.0}
+    looks, state = (
+        [],
+        {
+            "tool": 1.0,
+            "mode": 0.0,
+            "target": 0.0,
+            "line": 1.0,
+            "motion_type": 1.0,
+            "guard_reason": 0.0,
+            "limited_by": 0.0,
+        },
+    )
     for _ in range(rng.randint(1, 120)):
         if rng.random() < 0.1:
             state["tool"] = float(rng.randint(1, 3))
@@ -177,7 +241,8 @@ def random_looks(rng):
 
 
 def expected(cycles, looks):
-    """[(tool, mode, target cm3/min, volume cm3, cutting s, stops, longest limits)] of the operations, from the looks at once."""
+    """[(tool, mode, target cm3/min, volume cm3, cutting s, stops, longest limits)] of the operations, from the looks at
+    once."""
     rows, stopped = [], False
     for look in looks:
         look["stop"] = bool(look["guard_reason"]) and not stopped
@@ -192,9 +257,20 @@ def expected(cycles, looks):
         if not cuts and not any(look["stop"] for look in group):
             continue
         times = [sum(DT for look in cuts if mode and look["limited_by"] == k) for k in range(1, len(LIMITS))]
-        longest = {LIMITS[k + 1] for k, seconds in enumerate(times) if times and seconds > max(times) - 1e-9 and seconds > 0} or {"nothing"}
-        rows.append((tool, MODES[int(mode)], target / 1000 if cuts else 0.0, sum(look["cm3"] for look in cuts), DT * len(cuts),
-                     sum(look["stop"] for look in group), longest))
+        longest = {
+            LIMITS[k + 1] for k, seconds in enumerate(times) if times and seconds > max(times) - 1e-9 and seconds > 0
+        } or {"nothing"}
+        rows.append(
+            (
+                tool,
+                MODES[int(mode)],
+                target / 1000 if cuts else 0.0,
+                sum(look["cm3"] for look in cuts),
+                DT * len(cuts),
+                sum(look["stop"] for look in group),
+                longest,
+            )
+        )
     return rows
 
 
@@ -211,8 +287,13 @@ def fault_of(cycles, looks):
     if len(found["operations"]) != len(wanted):
         return f"{len(found['operations'])} operations, expected {len(wanted)}"
     for row, (tool, mode, target, volume, seconds, stops, longest) in zip(found["operations"], wanted):
-        if ((row["tool"], row["mode"], row["stops"]) != (tool, mode, stops) or abs((row["reference_cm3_min"] or 0.0) - target) > 1e-9
-                or abs(row["removed_cm3"] - volume) > 1e-4 or abs(row["cutting_s"] - seconds) > 0.051 or row["limited_by"] not in longest):
+        if (
+            (row["tool"], row["mode"], row["stops"]) != (tool, mode, stops)
+            or abs((row["reference_cm3_min"] or 0.0) - target) > 1e-9
+            or abs(row["removed_cm3"] - volume) > 1e-4
+            or abs(row["cutting_s"] - seconds) > 0.051
+            or row["limited_by"] not in longest
+        ):
             return f"{row}, expected {(tool, mode, target, volume, seconds, stops, longest)}"
     for use in found["tools"]:
         own = [row for row in found["operations"] if row["tool"] == use["tool"]]
@@ -228,7 +309,9 @@ def run(count, seed):
         cycles, looks = random_looks(rng)
         fault = fault_of(cycles, looks)
         if fault:
-            path = write_replay("panel_operations", {"seed": seed, "number": number, "cycles": sorted(cycles), "looks": looks})
+            path = write_replay(
+                "panel_operations", {"seed": seed, "number": number, "cycles": sorted(cycles), "looks": looks}
+            )
             return f"seed {seed}, program {number}, {path}: {fault}"
     return ""
 
@@ -238,17 +321,27 @@ def test_random_programs():
     assert not fault, fault
 
 
-@pytest.mark.parametrize("owner, name, other", [
-    (operations.OperationLog, "end", lambda self: None),                                                   # operations never end
-    (tool_log.Use, "add", lambda self, moment: setattr(self, "volume", self.volume + moment.volume)),
-    (tool_log.Moments, "look", lambda self, dt, pins, look=tool_log.Moments.look: replace(look(self, dt, pins), stop=bool(pins["guard_reason"]))),
-    (tool_log.Use, "limited_by", "stock")])
+@pytest.mark.parametrize(
+    "owner, name, other",
+    [
+        (operations.OperationLog, "end", lambda self: None),  # operations never end
+        (tool_log.Use, "add", lambda self, moment: setattr(self, "volume", self.volume + moment.volume)),
+        (
+            tool_log.Moments,
+            "look",
+            lambda self, dt, pins, look=tool_log.Moments.look: replace(
+                look(self, dt, pins), stop=bool(pins["guard_reason"])
+            ),
+        ),
+        (tool_log.Use, "limited_by", "stock"),
+    ],
+)
 def test_the_checker_sees_a_fault(monkeypatch, owner, name, other):
     monkeypatch.setattr(owner, name, other)
     assert run(50, 5)
 
 
-# ---- the page ----------------------------------------------------------------------------------------------------------
+# ---- the page --------------------------------------------------------------------------------------------------------
 
 
 def test_the_page_asks_for_it():
@@ -260,7 +353,12 @@ def test_the_page_asks_for_it():
         rig.look()
         status, headers, content = request(rig.url, "/log.json")
         found = json.loads(content)
-        assert status == 200 and headers["Content-Type"] == "application/json" and found["program"] == "part.ngc" and found["file"] == ""
+        assert (
+            status == 200
+            and headers["Content-Type"] == "application/json"
+            and found["program"] == "part.ngc"
+            and found["file"] == ""
+        )
         assert [row["tool"] for row in found["tools"]] == [row["tool"] for row in found["operations"]] == [7]
         assert request(rig.url, "/log.json", Origin="http://evil.example")[0] == 403
     assert "/log.json" not in server.FILES

@@ -10,12 +10,13 @@ from support import panel_browser
 from support.panel_circle import PERIOD_S, circle, off_circle
 from support.panel_rig import Machine, serving
 
-DRAWN_MM = 0.02         # a quarter of the strip of components/core/path_done.h, and a bit of the chord of a period
+DRAWN_MM = 0.02  # a quarter of the strip of components/core/path_done.h, and a bit of the chord of a period
 STAR_MM = 1.0
 
 
 def traced(found, path, seconds):
-    """The path done of a program that goes along `path`, seen by looks that are so many seconds apart, with the tip as the page draws it; -> [(n, 3)] a look."""
+    """The path done of a program that goes along `path`, seen by looks that are so many seconds apart, with the tip as
+    the page draws it; -> [(n, 3)] a look."""
     watching, step, seen = watch.Watch(found), round(seconds / PERIOD_S), []
     found.tip = tuple(path[0])
     if found.kept:
@@ -24,7 +25,7 @@ def traced(found, path, seconds):
     found.tasks["running"] = True
     watching.look()
     for first in range(0, len(path), step):
-        part = path[first:first + step]
+        part = path[first : first + step]
         if found.kept:
             found.go(part)
         found.tip = tuple(part[-1])
@@ -35,7 +36,9 @@ def traced(found, path, seconds):
     return [*seen, watching.path_since(0, 0)["points"]]
 
 
-@pytest.mark.parametrize("radius, velocity, seconds", [(15.0, 60.0, 1.0), (15.0, 20.0, 1.0), (3.0, 30.0, 3.0), (0.5, 5.0, 1.0)])
+@pytest.mark.parametrize(
+    "radius, velocity, seconds", [(15.0, 60.0, 1.0), (15.0, 20.0, 1.0), (3.0, 30.0, 3.0), (0.5, 5.0, 1.0)]
+)
 def test_a_circle_is_round(radius, velocity, seconds):
     path = circle(radius, velocity)
     for drawn in traced(Machine(keeps=True), path, seconds):
@@ -50,7 +53,8 @@ def test_looks_alone_make_a_star():
 
 
 def test_a_program_begins_where_the_tool_stands():
-    """After a jog in the direction in which the program goes on nothing is kept there: the look before has the place."""
+    """After a jog in the direction in which the program goes on nothing is kept there: the look before has the
+    place."""
     found = Machine(keeps=True)
     watching = watch.Watch(found)
     watching.look()
@@ -114,7 +118,7 @@ def test_the_circle_that_a_browser_draws(tmp_path):
             rig.look()
             panel_browser.opened(driver, rig.url + "/")
             for end in (len(path) // 2, len(path)):
-                rig.machine.go(path[:end] if end < len(path) else path[len(path) // 2:])
+                rig.machine.go(path[:end] if end < len(path) else path[len(path) // 2 :])
                 rig.look()
                 panel_browser.wait(driver, f"chipwise.state.look === {rig.watch.number}", "the look")
                 drawn = np.array(driver.execute_script("return chipwise.view.points"))

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Random comma lines through the request that the panel page sends: the G-code line of the form, or an error at the field that the oracle names."""
+"""Random comma lines through the request that the panel page sends: the G-code line of the form, or an error at the
+field that the oracle names."""
 
 import json
 import random
@@ -47,7 +48,9 @@ def result(status, content):
     found = json.loads(content)
     if set(found) == {"line"}:
         return entry_oracle.meaning(found["line"])
-    assert set(found) == {"error", "number"} and f"field {found['number']}" in found["error"] and ";" in found["error"], found
+    assert (
+        set(found) == {"error", "number"} and f"field {found['number']}" in found["error"] and ";" in found["error"]
+    ), found
     return found["number"]
 
 
@@ -65,7 +68,11 @@ def fault_of(code, text, status, content):
     if found != wanted:
         return f"{code} {text!r}: {found}, expected {wanted}"
     line = json.loads(content).get("line")
-    return "" if line is None or line == in_a_form(code, text) else f"{code} {text!r}: {line}, in a form {in_a_form(code, text)}"
+    return (
+        ""
+        if line is None or line == in_a_form(code, text)
+        else f"{code} {text!r}: {line}, in a form {in_a_form(code, text)}"
+    )
 
 
 def run(count, seed, ask):
@@ -98,9 +105,19 @@ def test_random_lines_over_http():
     assert accepted > 10 and refused > 5
 
 
-@pytest.mark.parametrize("name, replacement", [
-    ("words", lambda self, *names: [part.partition("=")[2].replace("%2C", ",") for part in self.query.split("&")]),        # not decoded
-    ("words", lambda self, *names: [urllib.parse.parse_qs(self.query).get(name, [""])[0].strip(",") for name in names])])
+@pytest.mark.parametrize(
+    "name, replacement",
+    [
+        (
+            "words",
+            lambda self, *names: [part.partition("=")[2].replace("%2C", ",") for part in self.query.split("&")],
+        ),  # not decoded
+        (
+            "words",
+            lambda self, *names: [urllib.parse.parse_qs(self.query).get(name, [""])[0].strip(",") for name in names],
+        ),
+    ],
+)
 def test_the_checker_sees_a_fault_of_the_request(monkeypatch, name, replacement):
     monkeypatch.setattr(server.Handler, name, replacement)
     assert run(3000, 5, Page(MILL).ask)[0]
@@ -111,7 +128,15 @@ def test_the_checker_sees_a_wrong_field(monkeypatch):
 
     def other(self, *values):
         found = line(self, *values)
-        return {**found, "number": found["number"] + 1, "error": found["error"].replace(f"field {found['number']}", f"field {found['number'] + 1}")
-                } if "error" in found else found
+        return (
+            {
+                **found,
+                "number": found["number"] + 1,
+                "error": found["error"].replace(f"field {found['number']}", f"field {found['number'] + 1}"),
+            }
+            if "error" in found
+            else found
+        )
+
     monkeypatch.setattr(lines.Lines, "line", other)
     assert run(300, 5, Page(MILL).ask)[0]

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The server of `chipwise panel`: what it serves, who may ask and who may change; nothing foreign is served, and strangers change nothing."""
+"""The server of `chipwise panel`: what it serves, who may ask and who may change; nothing foreign is served, and
+strangers change nothing."""
 
 import json
 import os
@@ -53,13 +54,28 @@ def test_the_page_asks_for_what_there_is():
     texts = [(ROOT / "remap/chipwise/panel/page" / name).read_text() for name in os.listdir(server.FOLDER)]
     routes = {*server.READING, *server.HARMLESS, *server.CHANGES, "/token"}
     asked = {f"/{name}" for text in texts for name in re.findall(r"""['"`]([a-z-]+(?:\.\w+)?)\??['"`]""", text)}
-    assert routes - asked == {"/state.json"}                # that one is for other programs
+    assert routes - asked == {"/state.json"}  # that one is for other programs
     assert {path for path in asked if path.endswith(".json")} <= routes
 
 
-@pytest.mark.parametrize("path", [
-    "/../../../../etc/passwd", "/..%2f..%2f..%2fetc/passwd", "//etc/passwd", "/panel.css/../../__init__.py", "/server.py", "/.", "/%00",
-    "/page/panel.html", "/panel.html", "/panel.js%00.css", "\\..\\..\\server.py", "http://127.0.0.1/panel.js", "/panel.js/"])
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/../../../../etc/passwd",
+        "/..%2f..%2f..%2fetc/passwd",
+        "//etc/passwd",
+        "/panel.css/../../__init__.py",
+        "/server.py",
+        "/.",
+        "/%00",
+        "/page/panel.html",
+        "/panel.html",
+        "/panel.js%00.css",
+        "\\..\\..\\server.py",
+        "http://127.0.0.1/panel.js",
+        "/panel.js/",
+    ],
+)
 def test_nothing_else(rig, path):
     answer = raw(rig, f"GET {path} HTTP/1.0\r\nHost: {rig.url[7:]}\r\n\r\n".encode())
     assert re.match(rb"HTTP/1.0 40[04] |<!DOCTYPE|HTTP/1.0 505|$", answer), answer[:200]
@@ -86,7 +102,7 @@ def test_without_a_page_the_map_is_looked_at_between_programs(rig):
     rig.machine.tasks["running"] = True
     rig.machine.cut((-10.0, 30.0, -4.0), (40.0, 30.0, -4.0))
     rig.look(2)
-    time.sleep(1.0)                     # a look would be due again
+    time.sleep(1.0)  # a look would be due again
     rig.look()
     assert rig.watch.tiles.now == seen
     rig.looks()
@@ -97,18 +113,39 @@ def test_without_a_page_the_map_is_looked_at_between_programs(rig):
 # ---- who may ask ---------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("host, status", [("own", 200), ("localhost", 200), ("evil.example", 421), ("127.0.0.1", 421), ("", 421),
-                                          (None, 421), ("127.0.0.1:1", 421), ("127.0.0.1.evil.example:%d", 421)])
+@pytest.mark.parametrize(
+    "host, status",
+    [
+        ("own", 200),
+        ("localhost", 200),
+        ("evil.example", 421),
+        ("127.0.0.1", 421),
+        ("", 421),
+        (None, 421),
+        ("127.0.0.1:1", 421),
+        ("127.0.0.1.evil.example:%d", 421),
+    ],
+)
 def test_host(rig, host, status):
     port = rig.server.server_port
-    given = {"own": f"127.0.0.1:{port}", "localhost": f"LOCALHOST:{port}"}.get(host, host and host.replace("%d", str(port)))
+    given = {"own": f"127.0.0.1:{port}", "localhost": f"LOCALHOST:{port}"}.get(
+        host, host and host.replace("%d", str(port))
+    )
     for path in ("/", "/stream", "/state.json"):
         if path != "/stream" or status != 200:
             assert request(rig.url, path, Host=given)[0] == status
 
 
-@pytest.mark.parametrize("headers", [{"Origin": "http://evil.example"}, {"Origin": "null"}, {"Sec-Fetch-Site": "cross-site"},
-                                     {"Sec-Fetch-Site": "same-site"}, {"Origin": "http://127.0.0.1"}])
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Origin": "http://evil.example"},
+        {"Origin": "null"},
+        {"Sec-Fetch-Site": "cross-site"},
+        {"Sec-Fetch-Site": "same-site"},
+        {"Origin": "http://127.0.0.1"},
+    ],
+)
 def test_other_pages_are_refused(changing, headers):
     for path in ("/state.json", "/stream", "/"):
         assert request(changing.url, path, **headers)[0] == 403
@@ -134,7 +171,7 @@ def alarm(rig):
     rig.look()
     rig.machine.values["override_ignored"] = 0.0
     rig.look()
-    entry, = rig.watch.alarms.entries
+    (entry,) = rig.watch.alarms.entries
     assert not entry["active"] and not entry["cleared"]
     return entry
 
@@ -144,8 +181,19 @@ def test_clear_with_the_token(changing):
     assert post(changing, "/clear", json.dumps({"alarm": entry["id"]}).encode())[0] == 200 and entry["cleared"]
 
 
-@pytest.mark.parametrize("how", [{"token": "wrong-token"}, {"token": ""}, {"token": None}, {"token": TOKEN[:-1]}, {"token": TOKEN + "x"},
-                                 {"token": "\xe4" * 8}, {"origin": None}, {"origin": "http://evil.example"}])
+@pytest.mark.parametrize(
+    "how",
+    [
+        {"token": "wrong-token"},
+        {"token": ""},
+        {"token": None},
+        {"token": TOKEN[:-1]},
+        {"token": TOKEN + "x"},
+        {"token": "\xe4" * 8},
+        {"origin": None},
+        {"origin": "http://evil.example"},
+    ],
+)
 def test_nothing_without_token_and_origin(changing, how, monkeypatch):
     monkeypatch.setattr(server, "WRONG_TOKEN_S", 0.01)
     entry = alarm(changing)
@@ -161,9 +209,22 @@ def test_read_only(rig):
     assert json.loads(request(rig.url, "/about.json")[2])["can_change"] is False
 
 
-@pytest.mark.parametrize("body, status", [
-    (b"", 200), (b"{}", 200), (b"[]", 400), (b"{", 400), (b"\xff", 400), (b'{"alarm": "1"}', 400), (b'{"alarm": true}', 400),
-    (b'{"alarm": 99}', 404), (b'{"alarm": 1e400}', 400), (b"[" * 4000, 400), (b"x" * 5000, 413)])
+@pytest.mark.parametrize(
+    "body, status",
+    [
+        (b"", 200),
+        (b"{}", 200),
+        (b"[]", 400),
+        (b"{", 400),
+        (b"\xff", 400),
+        (b'{"alarm": "1"}', 400),
+        (b'{"alarm": true}', 400),
+        (b'{"alarm": 99}', 404),
+        (b'{"alarm": 1e400}', 400),
+        (b"[" * 4000, 400),
+        (b"x" * 5000, 413),
+    ],
+)
 def test_bodies(changing, body, status):
     assert post(changing, "/clear", body)[0] == status
 
@@ -184,5 +245,11 @@ def test_no_tracker(tmp_path):
     """Without LinuxCNC: words, no traceback."""
     env = {**os.environ, "HOME": str(tmp_path), "PATH": "/nowhere"}
     env.pop("INI_FILE_NAME", None)
-    done = subprocess.run([sys.executable, ROOT / "bin/chipwise", "panel"], env=env, text=True, capture_output=True, timeout=120)
-    assert done.returncode == 1 and "Traceback" not in done.stderr and done.stderr.splitlines()[-1].startswith("chipwise: "), done.stderr
+    done = subprocess.run(
+        [sys.executable, ROOT / "bin/chipwise", "panel"], env=env, text=True, capture_output=True, timeout=120
+    )
+    assert (
+        done.returncode == 1
+        and "Traceback" not in done.stderr
+        and done.stderr.splitlines()[-1].startswith("chipwise: ")
+    ), done.stderr

@@ -38,7 +38,8 @@ def truth(machine):
 
 @pytest.mark.parametrize("seed", range(ROUNDS))
 def test_pages_have_the_map(seed):
-    """Random boxes and cuts; pages that look at random times; what they have is within half a step of 16 bits of the map."""
+    """Random boxes and cuts; pages that look at random times; what they have is within half a step of 16 bits of the
+    map."""
     chance = random.Random(seed)
     size = [chance.uniform(5, 60), chance.uniform(5, 60), chance.uniform(1, 30)]
     low = tuple(chance.uniform(-100, 100) for _ in size)
@@ -47,8 +48,11 @@ def test_pages_have_the_map(seed):
     readers = [Reader(tiles) for _ in range(3)]
     point = [low[0] - 5, low[1] + size[1] / 2, low[2] + size[2] / 2]
     for _ in range(12):
-        there = [low[0] + chance.uniform(-5, size[0] + 5), low[1] + chance.uniform(-5, size[1] + 5),
-                 low[2] + chance.uniform(0.1, 1) * size[2]]
+        there = [
+            low[0] + chance.uniform(-5, size[0] + 5),
+            low[1] + chance.uniform(-5, size[1] + 5),
+            low[2] + chance.uniform(0.1, 1) * size[2],
+        ]
         machine.cut(tuple(point), tuple(there), chance.uniform(0.5, 20))
         point = there
         tiles.look(stock.live())
@@ -65,7 +69,7 @@ def test_only_what_has_changed_is_sent():
     assert [kind for kind, _ in reader.read()] == [b"M", b"T"]
     assert reader.page.tiles == -(-400 // TILE) * -(-320 // TILE)
     assert not tiles.look(machine.stock().live()) and reader.read() == []
-    machine.cut((8.0, 8.0, -1.0), (8.0, 8.0, -2.0), 4.0)        # within the first tile, 16 mm wide
+    machine.cut((8.0, 8.0, -1.0), (8.0, 8.0, -2.0), 4.0)  # within the first tile, 16 mm wide
     assert tiles.look(machine.stock().live())
     before = reader.page.tiles
     assert [kind for kind, _ in reader.read()] == [b"T"] and reader.page.tiles == before + 1
@@ -83,7 +87,7 @@ def test_another_box_is_another_map():
     assert reader.heights().shape == (80, 120) and (reader.heights() == 0).all()
     machine.cut((10.0, 10.0, -3.0), (20.0, 10.0, -3.0))
     tiles.look(machine.stock().live())
-    machine.core.define((0, 0, -10), (30, 20, 0))               # the same box, filled again
+    machine.core.define((0, 0, -10), (30, 20, 0))  # the same box, filled again
     tiles.look(machine.stock().live())
     reader.read()
     assert (reader.heights() == 0).all()
@@ -94,7 +98,9 @@ def test_no_stock_keeps_the_last_picture():
     assert not tiles.look(None) and Reader(tiles).read() == []
 
 
-@pytest.mark.parametrize("rows, columns", [(1, 1), (600, 1000), (1024, 1024), (1025, 1024), (1, 1_000_000), (16384, 16384), (4097, 2)])
+@pytest.mark.parametrize(
+    "rows, columns", [(1, 1), (600, 1000), (1024, 1024), (1025, 1024), (1, 1_000_000), (16384, 16384), (4097, 2)]
+)
 def test_a_large_map_is_shown_in_steps(rows, columns):
     step = step_of(rows, columns)
     shown = -(-rows // step), -(-columns // step)
@@ -131,11 +137,11 @@ def heights_of(message):
 
 def test_the_stock_before_a_program():
     machine, tiles = Machine(), Tiles()
-    tiles.mark()                                                # nothing was seen yet
+    tiles.mark()  # nothing was seen yet
     assert tiles.before(0)[0] == []
     machine.cut((-10.0, 20.0, -4.0), (70.0, 20.0, -4.0))
     tiles.look(machine.stock().live())
-    assert tiles.before(0)[0] == []                             # no program has begun
+    assert tiles.before(0)[0] == []  # no program has begun
     tiles.mark()
     reader = Reader(tiles)
     reader.read()
@@ -149,10 +155,10 @@ def test_the_stock_before_a_program():
     assert np.abs(heights / 65535 * 10 - 10 - then.ravel()).max() < 2e-4
     reader.read()
     assert reader.heights().min() == pytest.approx(-8, abs=2e-4) and then.min() == pytest.approx(-4, abs=2e-4)
-    tiles.mark()                                                # the next program
+    tiles.mark()  # the next program
     (message,), mark = tiles.before(mark)
     assert heights_of(message)[1].min() == round(65535 * 0.2)
-    machine.core.define((0, 0, -10), (30, 20, 0))               # another box
+    machine.core.define((0, 0, -10), (30, 20, 0))  # another box
     tiles.look(machine.stock().live())
     assert tiles.before(mark)[0] == [] and tiles.before(0)[0] == []
 

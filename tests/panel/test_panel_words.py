@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The words and colours of the page of `chipwise panel`: each string is translated, each colour is a display item that can be read."""
+"""The words and colours of the page of `chipwise panel`: each string is translated, each colour is a display item that
+can be read."""
 
 import json
 import os
@@ -18,7 +19,9 @@ from support.panel_rig import serving
 PAGE = ROOT / "remap/chipwise/panel/page"
 
 
-@pytest.mark.parametrize("accept, language", [("de-AT,de;q=0.9,en;q=0.5", "de"), ("fr,en", "en"), (None, "en"), ("x" * 2000, "en")])
+@pytest.mark.parametrize(
+    "accept, language", [("de-AT,de;q=0.9,en;q=0.5", "de"), ("fr,en", "en"), (None, "en"), ("x" * 2000, "en")]
+)
 def test_the_language_of_the_browser(rig, accept, language):
     found = json.loads(request(rig.url, "/strings.json", Accept_Language=accept)[2])
     assert found["language"] == language
@@ -33,13 +36,17 @@ def test_every_string_is_translated():
     part = (ROOT / "remap/chipwise/locale/de.po").read_text().partition("# ---- panel/page\n")[2]
     known = language.catalogue(("de",))[1]
     assert len(wanted) > 40 and not [word for word in wanted if word not in known]
-    assert set(re.findall(r'\nmsgid "(.+)"', part)) <= wanted                 # nothing is left behind
+    assert set(re.findall(r'\nmsgid "(.+)"', part)) <= wanted  # nothing is left behind
 
 
 def test_the_page_has_the_one_catalogue():
     name, texts = language.catalogue(("fr-CA", "de-AT", "en"))
     assert name == "de" and texts["step-over"] == "Bahnabstand" and texts["Tool"] == "Werkzeug" and "" not in texts
-    assert language.catalogue(("en", "de")) == ("en", {}) and language.catalogue(()) == ("en", {}) and language.catalogue(("../de",)) == ("en", {})
+    assert (
+        language.catalogue(("en", "de")) == ("en", {})
+        and language.catalogue(()) == ("en", {})
+        and language.catalogue(("../de",)) == ("en", {})
+    )
 
 
 def test_a_catalogue_that_is_broken(tmp_path):
@@ -53,7 +60,10 @@ def sheet(url):
     """{mode: {name: "#rrggbb"}} of the style sheet, read by itself."""
     text = request(url, "/colours.css")[2].decode()
     light, dark = re.fullmatch(r':root \{(.*)\}\n:root\[data-theme="dark"\] \{(.*)\}\n', text).groups()
-    return {mode: dict(re.findall(r"--([a-z-]+): (#[0-9a-f]{6});", part)) for mode, part in (("light", light), ("dark", dark))}
+    return {
+        mode: dict(re.findall(r"--([a-z-]+): (#[0-9a-f]{6});", part))
+        for mode, part in (("light", light), ("dark", dark))
+    }
 
 
 def test_the_page_has_the_colours_of_the_items(rig, tmp_path):
@@ -72,7 +82,7 @@ def test_every_colour_that_the_page_asks_for_is_there(rig):
     wanted = set(re.findall(r"var\(--([a-z-]+)\)", text)) | set(re.findall(r"\b(?:colour|rgb)\('([a-z-]+)'\)", text))
     for names in sheet(rig.url).values():
         assert len(wanted) > 15 and not wanted - set(names)
-    assert not re.findall(r"#[0-9a-fA-F]{6}", text)           # no colour of its own
+    assert not re.findall(r"#[0-9a-fA-F]{6}", text)  # no colour of its own
 
 
 def test_words_are_read_in_every_state():

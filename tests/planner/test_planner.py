@@ -66,15 +66,31 @@ def spent_until_gone(pid, seconds=600.0):
     raise AssertionError(f"process {pid} goes on, {seen} s so far")
 
 
-# ---- what it gives ----------------------------------------------------------------------------------------------------
+# ---- what it gives ---------------------------------------------------------------------------------------------------
 
 
 def test_same_as_in_process(job):
     """The process gives what the pure functions give, in any order and again."""
-    orders = [order(), order(fields=dict(HOLE, chop_size=8.0)), order(unit_mm=25.4),
-              order("contour", CUT, job), order("contour", dict(CUT, finish=True, chop_size=8.0), job),
-              order("pocket", dict(bottom=-5.0, clearance=0.0, tool_radius=3.0, step=2.4, feed=300.0, plunge_feed=150.0,
-                                   start=(0.0, 0.0, 5.0)), job)]
+    orders = [
+        order(),
+        order(fields=dict(HOLE, chop_size=8.0)),
+        order(unit_mm=25.4),
+        order("contour", CUT, job),
+        order("contour", dict(CUT, finish=True, chop_size=8.0), job),
+        order(
+            "pocket",
+            dict(
+                bottom=-5.0,
+                clearance=0.0,
+                tool_radius=3.0,
+                step=2.4,
+                feed=300.0,
+                plunge_feed=150.0,
+                start=(0.0, 0.0, 5.0),
+            ),
+            job,
+        ),
+    ]
     for one in orders + orders[::-1]:
         outcome = wait(client.ask(one, 10))
         assert outcome == plans.make(one)
@@ -85,8 +101,10 @@ def test_refusals_come_back(job):
     """A CycleError of the plan is raised with its values; one of the sub names its line."""
     with pytest.raises(CycleError) as caught:
         wait(client.ask(order(fields=dict(HOLE, radius=2.0)), 10))
-    assert caught.value.text("in") == ("chipwise: radius I0.07874 in is not larger than the tool radius 0.11811 in; use I above "
-                                       "0.11811 in or a smaller tool")
+    assert caught.value.text("in") == (
+        "chipwise: radius I0.07874 in is not larger than the tool radius 0.11811 in; use I above "
+        "0.11811 in or a smaller tool"
+    )
     with pytest.raises(CycleError, match="there is no sub O7 in square.ngc"):
         wait(client.ask(order("contour", CUT, Job(program=job.program, sub=7)), 10))
     assert wait(client.ask(order(), 10)).chunks
@@ -100,19 +118,22 @@ def test_a_fault_of_the_plan_is_no_traceback():
     assert wait(client.ask(order(), 10)).chunks and runner() == first
 
 
-# ---- budgets ----------------------------------------------------------------------------------------------------------
+# ---- budgets ---------------------------------------------------------------------------------------------------------
 
 
 def test_computing_time():
-    """A plan ends with the remedy when its computing time is over, and took no more than that; the next one is planned."""
+    """A plan ends with the remedy when its computing time is over, and took no more than that; the next one is
+    planned."""
     plan = client.ask(order(fields=LONG), 3)
     pid = runner()
     with pytest.raises(CycleError) as caught:
         while not plan.ready(0.05):
             assert processes.cpu_s(pid) < 3 + 1.5 or processes.cpu_s(pid) == float("inf")
         plan.outcome()
-    assert str(caught.value) == ("chipwise: planning takes more than 3 s of computing time; use a larger step, fewer passes or "
-                                 "a simpler contour, or raise [CHIPWISE]PLAN_TIME")
+    assert str(caught.value) == (
+        "chipwise: planning takes more than 3 s of computing time; use a larger step, fewer passes or "
+        "a simpler contour, or raise [CHIPWISE]PLAN_TIME"
+    )
     assert wait(client.ask(order(), 10)).chunks
 
 
@@ -133,22 +154,27 @@ def test_memory():
     with pytest.raises(CycleError) as caught:
         wait(client.ask(order(fields=LARGE, memory_mb=64), 60))
     text = str(caught.value)
-    crashed = sys.version_info >= (3, 13) and "ended by signal 11; try again; if it happens again, raise [CHIPWISE]PLAN_MEMORY" in text
-    assert crashed or text == ("chipwise: planning takes more than 64 MB of memory; use a larger step, fewer passes or a simpler "
-                               "contour, or raise [CHIPWISE]PLAN_MEMORY")     # Python 3.13 itself may crash when memory is used up
+    crashed = (
+        sys.version_info >= (3, 13)
+        and "ended by signal 11; try again; if it happens again, raise [CHIPWISE]PLAN_MEMORY" in text
+    )
+    assert crashed or text == (
+        "chipwise: planning takes more than 64 MB of memory; use a larger step, fewer passes or a simpler "
+        "contour, or raise [CHIPWISE]PLAN_MEMORY"
+    )  # Python 3.13 itself may crash when memory is used up
     assert wait(client.ask(order(), 10)).chunks
 
 
 def test_memory_of_earlier_plans_does_not_count():
     """A plan that fits alone fits after many others: what they have left is given back."""
-    rings = dict(HOLE, radius=6.0, finished=60.0, step=0.2, depth_step=0.1)     # 55,000 moves, some 12 MB kept
+    rings = dict(HOLE, radius=6.0, finished=60.0, step=0.2, depth_step=0.1)  # 55,000 moves, some 12 MB kept
     for more in range(12):
         assert wait(client.ask(order(fields=dict(rings, x=float(more)), memory_mb=100), 60)).chunks
 
 
-# ---- the task is not kept ---------------------------------------------------------------------------------------------
+# ---- the task is not kept --------------------------------------------------------------------------------------------
 
-MANY = dict(HOLE, radius=6.0, finished=60.0, step=0.2, depth_step=0.1)      # 55,000 moves, some 3 MB
+MANY = dict(HOLE, radius=6.0, finished=60.0, step=0.2, depth_step=0.1)  # 55,000 moves, some 3 MB
 
 
 def test_a_long_answer_comes_in_parts(monkeypatch):
@@ -166,7 +192,8 @@ def test_a_long_answer_comes_in_parts(monkeypatch):
 
 
 def test_an_answer_is_taken_apart_chunk_by_chunk():
-    """No row is made before its chunk is executed: a plan of 500,000 rows would keep the task for a third of a second."""
+    """No row is made before its chunk is executed: a plan of 500,000 rows would keep the task for a third of a
+    second."""
     chunks = tuple(tuple((float(k), f"G1 X{k}", k + 1) for k in range(2000)) for _ in range(50))
     answer = pickle.dumps(plans.packed(Outcome(chunks)))
     gc.collect()
@@ -174,20 +201,28 @@ def test_an_answer_is_taken_apart_chunk_by_chunk():
     outcome = pickle.loads(answer)
     assert len(gc.get_objects()) - before < 100
     most = max(len(gc.get_objects()) - before for _chunk in outcome.chunks)
-    assert 2000 <= most < 2 * 2000 + 100            # the one that is made, and the one before
+    assert 2000 <= most < 2 * 2000 + 100  # the one that is made, and the one before
     assert outcome.chunks == chunks
 
 
 def test_a_turned_part_comes_chunk_by_chunk():
     """Its blocks have no second copy of their lines."""
     rows = tuple(((0.1, f"G1 X{k}\nG1 Z{k}"),) for k in range(1000))
-    block = Block(1, "rough outside", 1, True, True, "G97 S1 M3", 0.1, (0.0, 0.0), False, tuple(f"G1 X{k}" for k in range(2000)))
+    block = Block(
+        1, "rough outside", 1, True, True, "G97 S1 M3", 0.1, (0.0, 0.0), False, tuple(f"G1 X{k}" for k in range(2000))
+    )
     made = plans.packed(Outcome((), turning=Turning((Run(block, rows, (0,) * 1000),), (0.0, 0.0), "G97 S1 M3")))
-    run, = pickle.loads(pickle.dumps(made)).turning.blocks
-    assert run.block.lines == () and isinstance(run.chunks, Packed) and len(run.chunks) == 1000 and run.chunks == rows and run.chunks != rows[1:]
+    (run,) = pickle.loads(pickle.dumps(made)).turning.blocks
+    assert (
+        run.block.lines == ()
+        and isinstance(run.chunks, Packed)
+        and len(run.chunks) == 1000
+        and run.chunks == rows
+        and run.chunks != rows[1:]
+    )
 
 
-# ---- how it may end ---------------------------------------------------------------------------------------------------
+# ---- how it may end --------------------------------------------------------------------------------------------------
 
 
 def test_a_killed_process_is_replaced():
@@ -230,7 +265,11 @@ def test_nothing_is_left_when_the_parent_is_killed(tmp_path, busy):
     program = tmp_path / "sub.ngc"
     program.write_text(SQUARE if busy != "sub" else SQUARE.replace("G1 X50", "o1 while [1]\no1 endwhile"))
     cycle, fields = ("hole", LONG) if busy == "plan" else ("contour", CUT)
-    parent = subprocess.Popen([sys.executable, "-c", f"""
+    parent = subprocess.Popen(
+        [
+            sys.executable,
+            "-c",
+            f"""
 import sys, time
 sys.path[:0] = {sys.path!r}
 from chipwise.planner import client as planner
@@ -240,7 +279,11 @@ plan = planner.ask(order({cycle!r}, {fields!r}, Job(program={str(program)!r}, su
 print(planner.start().pid, flush=True)
 while not plan.ready(0.1): pass
 time.sleep(100)
-"""], stdout=subprocess.PIPE, text=True)
+""",
+        ],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     pid = int(parent.stdout.readline())
     family = {pid}
     end = time.monotonic() + 120
@@ -260,7 +303,7 @@ def children(pid):
     return set(processes.children(pid))
 
 
-# ---- lines ------------------------------------------------------------------------------------------------------------
+# ---- lines -----------------------------------------------------------------------------------------------------------
 
 
 def test_chunks_end_where_the_tool_may_rest():
@@ -273,7 +316,7 @@ def test_chunks_end_where_the_tool_may_rest():
     found = gcode_lines.chunks(moves, (0.0, 0.0, 5.0), 1.0)
     assert len(found) > 3
     every = [line for chunk in found for _, text in chunk for line in text.split("\n")]
-    assert every == [line for line, in ((text,) for _, text, _ in gcode_lines._lines(moves, (0.0, 0.0, 5.0), 1.0))]
+    assert every == [line for (line,) in ((text,) for _, text, _ in gcode_lines._lines(moves, (0.0, 0.0, 5.0), 1.0))]
     for chunk in found[1:]:
         first = chunk[0][1].split("\n")[0]
         assert first.startswith("G0") or " Z-" in first
@@ -283,23 +326,38 @@ def test_chunks_end_where_the_tool_may_rest():
 
 
 def test_a_rest_where_the_path_is_long():
-    """One pass that would keep the task for more than a third of a second is parted: on a curve after MOST_MOVES moves, at a corner before."""
+    """One pass that would keep the task for more than a third of a second is parted: on a curve after MOST_MOVES moves,
+    at a corner before."""
+
     def on_circle(k):
         return Line(x=100.0 * math.cos(1e-4 * k), y=100.0 * math.sin(1e-4 * k), feed=300.0)
+
     moves = [on_circle(k) for k in range(2 * gcode_lines.MOST_MOVES + 5)]
     start = (100.0, -1.0, 5.0)
     found = gcode_lines.chunks(moves, start, 1.0)
-    assert [sum(text.count("\n") + 1 for _, text in chunk) for chunk in found] == [gcode_lines.MOST_MOVES, gcode_lines.MOST_MOVES, 5]
+    assert [sum(text.count("\n") + 1 for _, text in chunk) for chunk in found] == [
+        gcode_lines.MOST_MOVES,
+        gcode_lines.MOST_MOVES,
+        5,
+    ]
     corner = gcode_lines.MOST_MOVES - gcode_lines.CORNER_MOVES + 100
     half = [0.5 * value for value in (on_circle(corner - 1).x, on_circle(corner - 1).y)]
-    for turned, smooth in ((Line(x=0.0, y=0.0, feed=300.0), 0), (Arc(x=0.0, y=0.0, cx=half[0], cy=half[1], ccw=True, feed=300.0), 1)):
+    for turned, smooth in (
+        (Line(x=0.0, y=0.0, feed=300.0), 0),
+        (Arc(x=0.0, y=0.0, cx=half[0], cy=half[1], ccw=True, feed=300.0), 1),
+    ):
         path = moves[:corner] + [turned] + moves[corner:]
         found = gcode_lines.chunks(path, start, 1.0)
         assert found[0][0][1].count("\n") + 1 == corner + smooth
-        assert [line for chunk in found for _, text in chunk for line in text.split("\n")] == [text for _, text, _ in gcode_lines._lines(path, start, 1.0)]
+        assert [line for chunk in found for _, text in chunk for line in text.split("\n")] == [
+            text for _, text, _ in gcode_lines._lines(path, start, 1.0)
+        ]
     arc = Arc(x=moves[corner].x, y=moves[corner].y, cx=0.0, cy=0.0, ccw=True, feed=300.0)
-    assert gcode_lines.chunks(moves[:corner] + [arc] + moves[corner + 1:], start, 1.0)[0][0][1].count("\n") + 1 == gcode_lines.MOST_MOVES
-    assert len(gcode_lines.chunks(moves[:gcode_lines.MOST_MOVES], start, 1.0)) == 1
+    assert (
+        gcode_lines.chunks(moves[:corner] + [arc] + moves[corner + 1 :], start, 1.0)[0][0][1].count("\n") + 1
+        == gcode_lines.MOST_MOVES
+    )
+    assert len(gcode_lines.chunks(moves[: gcode_lines.MOST_MOVES], start, 1.0)) == 1
 
 
 def test_threads_are_not_parted():

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Folders that resume cannot write in: the sentence has the true cause, and nothing is written."""
+
 import os
 import subprocess
 import sys
@@ -11,9 +12,12 @@ from support.resume_stop import CHIPWISE, Stop, own_words
 
 # The superuser may write in a folder that is read-only, but not without this right.
 AS_EVERYBODY = ["setpriv", "--bounding-set", "-dac_override,-dac_read_search"] if os.geteuid() == 0 else []
-PAGE = ("import sys\nfrom chipwise.errors import CycleError\nfrom chipwise.panel import resume\n"
-        "from support.resume_page import Mdi, OPTIONS\nm = Mdi(sys.argv[1])\norder = {**OPTIONS, 'ini': sys.argv[2]}\nfound = resume.plan(order, m)\n"
-        "try:\n    resume.go_on({**order, **found}, m)\nexcept CycleError as error:\n    print(error.text())\n")
+PAGE = (
+    "import sys\nfrom chipwise.errors import CycleError\nfrom chipwise.panel import resume\n"
+    "from support.resume_page import Mdi, OPTIONS\nm = Mdi(sys.argv[1])\norder = {**OPTIONS, 'ini': sys.argv[2]}\n"
+    "found = resume.plan(order, m)\n"
+    "try:\n    resume.go_on({**order, **found}, m)\nexcept CycleError as error:\n    print(error.text())\n"
+)
 
 
 @pytest.fixture(name="stop", scope="module")
@@ -34,6 +38,7 @@ def make_read_only():
     def take(folder):
         folder.chmod(0o555)
         taken.append(folder)
+
     yield take
     for folder in taken:
         folder.chmod(0o755)
@@ -41,10 +46,20 @@ def make_read_only():
 
 def asked(stop, *words):
     """The words of a command that refuses, without a right of the superuser."""
-    done = subprocess.run([*AS_EVERYBODY, CHIPWISE, "resume", str(stop.program), "--ini", str(stop.ini), *words], text=True, stdin=subprocess.DEVNULL,
-                          capture_output=True, timeout=300, check=False)
+    done = subprocess.run(
+        [*AS_EVERYBODY, CHIPWISE, "resume", str(stop.program), "--ini", str(stop.ini), *words],
+        text=True,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        timeout=300,
+        check=False,
+    )
     said = own_words(done.stderr)
-    assert done.returncode == 2 and said.count("\n") == 1 and "Traceback" not in said, (done.returncode, done.stdout, said)
+    assert done.returncode == 2 and said.count("\n") == 1 and "Traceback" not in said, (
+        done.returncode,
+        done.stdout,
+        said,
+    )
     return said
 
 
@@ -56,7 +71,10 @@ def test_the_folder_of_the_new_program(stop, read_only, tmp_path):
     before = files(stop)
     read_only(tmp_path)
     said = asked(stop, "-o", str(tmp_path / "out.ngc"))
-    assert f"-o {tmp_path}/out.ngc cannot be written: {tmp_path} is read-only for this user; name a file in a folder of yours" in said
+    assert (
+        f"-o {tmp_path}/out.ngc cannot be written: {tmp_path} is read-only for this user; name a file in a folder of "
+        f"yours" in said
+    )
     assert files(stop) == before and not list(tmp_path.iterdir())
 
 
@@ -89,7 +107,9 @@ def test_no_stock_is_kept_because_the_folder_is_read_only(stop, read_only, empty
         stop.journal.touch()
     read_only(folder)
     try:
-        assert f"no stock is kept in {folder}: it is read-only for this user; make it writable, and say where" in asked(stop, "--plan")
+        assert f"no stock is kept in {folder}: it is read-only for this user; make it writable, and say where" in asked(
+            stop, "--plan"
+        )
     finally:
         folder.chmod(0o755)
         stop.journal.write_bytes(data)
@@ -101,7 +121,16 @@ def test_the_page(stop, read_only):
     folder = stop.program.parent
     before = files(stop)
     read_only(folder)
-    done = subprocess.run([*AS_EVERYBODY, sys.executable, "-c", PAGE, str(stop.program), str(stop.ini)], text=True, capture_output=True,
-                          timeout=300, check=False, env={**os.environ, "PYTHONPATH": f"{ROOT}/remap:{ROOT}/tests", "PYTHONDONTWRITEBYTECODE": "1"})
-    assert f"part.resume.ngc cannot be written: {folder} is read-only for this user; make that folder writable, or use chipwise resume -o" in done.stdout, done
+    done = subprocess.run(
+        [*AS_EVERYBODY, sys.executable, "-c", PAGE, str(stop.program), str(stop.ini)],
+        text=True,
+        capture_output=True,
+        timeout=300,
+        check=False,
+        env={**os.environ, "PYTHONPATH": f"{ROOT}/remap:{ROOT}/tests", "PYTHONDONTWRITEBYTECODE": "1"},
+    )
+    assert (
+        f"part.resume.ngc cannot be written: {folder} is read-only for this user; make that folder writable, or use "
+        f"chipwise resume -o" in done.stdout
+    ), done
     assert files(stop) == before

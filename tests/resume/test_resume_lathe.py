@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """`chipwise resume` on a lathe says what G26 will do, which goes on by itself."""
+
 import shutil
 
 import pytest
@@ -12,7 +13,7 @@ from chipwise.turning.read_part import Machine, job_of, make_order
 from chipwise.turning.request import read_program, read_request
 from support import ROOT, forked
 
-STEP = 2                    # stages that are done
+STEP = 2  # stages that are done
 
 
 @pytest.fixture(name="lathe")
@@ -22,7 +23,11 @@ def make_lathe(tmp_path):
         if (ROOT / "configs" / name).exists():
             shutil.copy(ROOT / "configs" / name, tmp_path / name)
     ini, program = tmp_path / "lathe.ini", tmp_path / "shaft.ngc"
-    text = ini.read_text().replace("PATH_PREPEND = remap", f"PATH_PREPEND = {ROOT}/remap").replace("TOPLEVEL = remap", f"TOPLEVEL = {ROOT}/remap")
+    text = (
+        ini.read_text()
+        .replace("PATH_PREPEND = remap", f"PATH_PREPEND = {ROOT}/remap")
+        .replace("TOPLEVEL = remap", f"TOPLEVEL = {ROOT}/remap")
+    )
     ini.write_text(text)
     shutil.copy(ROOT / "nc_files" / "turning_shaft.ngc", program)
     settings = load_settings(str(ini))
@@ -30,7 +35,9 @@ def make_lathe(tmp_path):
     request = read_request(words, machine.startup)
     order = make_order(job_of(str(program), request, machine), words, request, machine, machine.steps)
     plan = make_plan(order)
-    record = stock_file.write(settings.path("TURNING_STOCK"), stock_file.key_of(order, str(program), (-100.0, 0.0)), rest.stages(plan).stages)
+    record = stock_file.write(
+        settings.path("TURNING_STOCK"), stock_file.key_of(order, str(program), (-100.0, 0.0)), rest.stages(plan).stages
+    )
     return program, ini, record, plan
 
 

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Stops in lines that cannot be divided: moves that enter cutter compensation (G41, G42), that are compensated, and that do more than move."""
+"""Stops in lines that cannot be divided: moves that enter cutter compensation (G41, G42), that are compensated, and
+that do more than move."""
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,7 @@ from support.resume_oracle import apart
 from support.resume_programs import ARCS
 from support.resume_stop import Stop
 
-ENTRY, FIRST = 16, 17              # lines of ARCS
+ENTRY, FIRST = 16, 17  # lines of ARCS
 SHARES = (0.4, 0.95)
 # Behind the move that enters, to the other side of it.
 RIGHT = ARCS.replace("G41 D3 G1 X1.6 Y0.9", "G42 D3 G1 X1.6 Y0.9")

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""`chipwise resume` at random stops: the place, what is cut in the end, the approach.  The oracle is support/resume_oracle.py."""
+"""`chipwise resume` at random stops: the place, what is cut in the end, the approach.  The oracle is
+support/resume_oracle.py."""
+
 import random
 
 import numpy as np
@@ -15,11 +17,11 @@ from support.resume_case import stations as case_stations
 from support.resume_oracle import PERIOD_S, apart
 from support.resume_programs import OWN, SAMPLES
 
-pytestmark = pytest.mark.xdist_group("resume_places")       # each case is made once
+pytestmark = pytest.mark.xdist_group("resume_places")  # each case is made once
 
-ALONG_MM = 0.001            # of the stop
-SAG_MM = 0.0025             # chords of arcs
-LAG_S = 0.8                 # between the cells that were saved and a crash
+ALONG_MM = 0.001  # of the stop
+SAG_MM = 0.0025  # chords of arcs
+LAG_S = 0.8  # between the cells that were saved and a crash
 
 
 @pytest.fixture(name="case", scope="module", params=[*SAMPLES, *OWN])
@@ -50,10 +52,13 @@ def test_the_place(case):
 
 
 def test_what_is_cut_in_the_end(case):
-    """The stock of the whole program; no traverse meets any; cells that are older or newer than the tool's place do no harm."""
+    """The stock of the whole program; no traverse meets any; cells that are older or newer than the tool's place do no
+    harm."""
     rng, added = random.Random(f"end {case.path.name}"), []
     for index, stock, removed in stations(case, random_count(2), "end"):
-        older = index - rng.choice([0, int(LAG_S / PERIOD_S), 12, -1, -2, -12])         # the tip of a note may be on either side of the cells
+        older = index - rng.choice(
+            [0, int(LAG_S / PERIOD_S), 12, -1, -2, -12]
+        )  # the tip of a note may be on either side of the cells
         tip = min(max(older, 1), len(case.run.points) - 1)
         case.keep(stock, removed, tip)
         made = case.job.finish(case.job.of_kept(resume.Order()), resume.Order())
@@ -63,7 +68,7 @@ def test_what_is_cut_in_the_end(case):
         assert abs(cut.volume() - case.whole.volume()) < SAME_MM3 + SAME_SHARE * case.volume
         assert met < 1e-3, (index, met)
         added.append(fed - feed_left(case, min(index, tip)))
-    assert not added or min(added) > -0.5, added                # nothing is left out
+    assert not added or min(added) > -0.5, added  # nothing is left out
 
 
 def test_a_note_that_is_a_little_newer_than_the_cells(case):

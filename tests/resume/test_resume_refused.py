@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What `chipwise resume` refuses, --line, --time, --tool-broke, and the command."""
+
 import errno
 import os
 import subprocess
@@ -69,11 +70,16 @@ def test_an_edited_program_with_an_old_date(stop):
     refused(stop, "the kept stock is cut where the program has not cut")
 
 
-@pytest.mark.parametrize("file, text, what", [("mill.tbl", "T1 P1 D5.0\nT2 P2 D3.0\n", "the kept stock is cut where the program has not cut"),
-                                              ("mill.tbl", "T1 P1 D7.0\nT2 P2 D3.0\n", "that the program has cut up to there"),
-                                              ("mill.tbl", "T9 P9 D6.0\n", "tool 1"),
-                                              ("tools.toml", "[tool.1]\nshape = 'ball'\n", "the kept stock is cut where the program has not cut")],
-                         ids=["thinner", "thicker", "missing", "ball"])
+@pytest.mark.parametrize(
+    "file, text, what",
+    [
+        ("mill.tbl", "T1 P1 D5.0\nT2 P2 D3.0\n", "the kept stock is cut where the program has not cut"),
+        ("mill.tbl", "T1 P1 D7.0\nT2 P2 D3.0\n", "that the program has cut up to there"),
+        ("mill.tbl", "T9 P9 D6.0\n", "tool 1"),
+        ("tools.toml", "[tool.1]\nshape = 'ball'\n", "the kept stock is cut where the program has not cut"),
+    ],
+    ids=["thinner", "thicker", "missing", "ball"],
+)
 def test_another_tool(stop, file, text, what):
     (stop.ini.parent / file).write_text(text)
     refused(stop, what)
@@ -107,14 +113,19 @@ def test_no_file(stop):
 
 
 def test_nothing_cut_and_all_cut(tmp_path):
-    for name, share, what in (("a", 0.001, "nothing of it is cut"), ("b", 0.9999, "everything that the program cuts is cut")):
+    for name, share, what in (
+        ("a", 0.001, "nothing of it is cut"),
+        ("b", 0.9999, "everything that the program cuts is cut"),
+    ):
         (tmp_path / name).mkdir()
         refused(Stop(tmp_path / name, share=share), what)
 
 
 def test_m254_and_g92(tmp_path):
-    for name, text, what in (("a", SUBS.replace("M250 P0 Q0 R-20 I100 J80 K20", "M254 P1"), "M254 restores a stock"),
-                             ("b", SUBS.replace("#31=10", "#31=10\nG92 X0 Y0 Z0\nG92.1"), "G92")):
+    for name, text, what in (
+        ("a", SUBS.replace("M250 P0 Q0 R-20 I100 J80 K20", "M254 P1"), "M254 restores a stock"),
+        ("b", SUBS.replace("#31=10", "#31=10\nG92 X0 Y0 Z0\nG92.1"), "G92"),
+    ):
         (tmp_path / name).mkdir()
         stop = Stop(tmp_path / name)
         stop.program.write_text(text)
@@ -125,28 +136,44 @@ def test_m254_and_g92(tmp_path):
 def test_the_plan_comes_first_and_writes_nothing(stop):
     status, said, errors = stop.resume("--plan")
     assert status == 0 and not errors and not list((stop.ini.parent / "stock").glob("slot*"))
-    for part in ("The machine stopped at X", "0.000 mm off the path", "It goes on in line ", "tool 1", "retracts to Z90 mm", "spindle M3 S8000"):
+    for part in (
+        "The machine stopped at X",
+        "0.000 mm off the path",
+        "It goes on in line ",
+        "tool 1",
+        "retracts to Z90 mm",
+        "spindle M3 S8000",
+    ):
         assert part in said, (part, said)
     out = stop.ini.parent / "out.ngc"
     status, again, errors = stop.resume("-o", str(out))
     assert status == 0 and not errors and again.startswith(said.rstrip("\n")) and "M254 P9" in out.read_text()
     head, _cells = store.read(str(stop.ini.parent / "stock" / "slot9.stock"))
     assert abs(head.removed - stop.removed) < 1e-6
-    assert stop.resume("-o", str(out))[0] == 0 and not (stop.ini.parent / "stock" / "slot8.stock").exists()       # its own slot again
+    assert (
+        stop.resume("-o", str(out))[0] == 0 and not (stop.ini.parent / "stock" / "slot8.stock").exists()
+    )  # its own slot again
 
 
 def test_its_slot_is_one_that_nobody_else_uses(stop):
-    """A stock that M253 has saved in the slot of the resume before stays; where the slot's number cannot be kept, nothing is written."""
+    """A stock that M253 has saved in the slot of the resume before stays; where the slot's number cannot be kept,
+    nothing is written."""
     folder, out = stop.ini.parent / "stock", str(stop.ini.parent / "out.ngc")
     (folder / "resume.slot").mkdir()
     status, _said, errors = stop.resume("-o", out)
-    assert status == 2 and errors.endswith("resume.slot: Is a directory; make room, or remove what has that name\n"), errors
+    assert status == 2 and errors.endswith("resume.slot: Is a directory; make room, or remove what has that name\n"), (
+        errors
+    )
     assert sorted(path.name for path in folder.iterdir()) == ["kept.journal", "resume.slot"] and not os.path.exists(out)
     (folder / "resume.slot").rmdir()
     assert stop.resume("-o", out)[0] == 0 and (folder / "resume.slot").read_text() == "9\n"
     other, later = (folder / "slot9.stock").read_bytes(), time.time() + 1.0
     os.utime(folder / "slot9.stock", (later, later))
-    assert stop.resume("-o", out)[0] == 0 and (folder / "slot9.stock").read_bytes() == other and (folder / "slot8.stock").exists()
+    assert (
+        stop.resume("-o", out)[0] == 0
+        and (folder / "slot9.stock").read_bytes() == other
+        and (folder / "slot8.stock").exists()
+    )
     assert (folder / "resume.slot").read_text() == "8\n" and not list(folder.glob("*.new"))
 
 
@@ -155,13 +182,18 @@ def test_ended_while_it_works(stop, tmp_path):
     stop.program.write_text(SUBS.replace("M2\n", "o77 while [1]\n#77=[#77+1]\no77 endwhile\nM2\n"))
     folder = tmp_path / "temporary"
     folder.mkdir()
-    work = subprocess.Popen([CHIPWISE, "resume", str(stop.program), "--plan", "--ini", str(stop.ini)], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                            stderr=subprocess.DEVNULL, env={**os.environ, "TMPDIR": str(folder)})
+    work = subprocess.Popen(
+        [CHIPWISE, "resume", str(stop.program), "--plan", "--ini", str(stop.ini)],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        env={**os.environ, "TMPDIR": str(folder)},
+    )
     try:
         until = time.monotonic() + 60.0
         while not list(folder.glob("chipwise-*/*")) and time.monotonic() < until:
             time.sleep(0.01)
-        time.sleep(0.5)                 # its process is at work
+        time.sleep(0.5)  # its process is at work
         assert work.poll() is None and list(folder.iterdir())
         work.terminate()
         assert work.wait(60) == 143 and not list(folder.iterdir())
@@ -171,7 +203,11 @@ def test_ended_while_it_works(stop, tmp_path):
 
 
 def test_the_command_line(stop):
-    for options, what in (((), "-o OUT.ngc is missing"), (("--plan", "--time", "0"), "--time 0 is not from"), (("-o", str(stop.program)), "is the program itself")):
+    for options, what in (
+        ((), "-o OUT.ngc is missing"),
+        (("--plan", "--time", "0"), "--time 0 is not from"),
+        (("-o", str(stop.program)), "is the program itself"),
+    ):
         status, _said, errors = stop.resume(*options)
         assert status == 2 and what in errors, errors
 
@@ -179,8 +215,18 @@ def test_the_command_line(stop):
 @pytest.mark.parametrize("text", [SUBS, DRILL, FINISH], ids=["subs", "drilling", "finish"])
 def test_line_time_and_a_broken_tool(tmp_path, text):
     stop = Stop(tmp_path, text)
-    lines = [n for n, line in enumerate(stop.program.read_text().splitlines(), 1) if line.startswith(("o<slot> call", "X25", "Y25", "X85", "Y62"))]
-    for order in ({"line": lines[-1]}, {"line": lines[0], "broke": True}, {"seconds": 6.0}, {"seconds": 20.0, "broke": True}, {"broke": True}):
+    lines = [
+        n
+        for n, line in enumerate(stop.program.read_text().splitlines(), 1)
+        if line.startswith(("o<slot> call", "X25", "Y25", "X85", "Y62"))
+    ]
+    for order in (
+        {"line": lines[-1]},
+        {"line": lines[0], "broke": True},
+        {"seconds": 6.0},
+        {"seconds": 20.0, "broke": True},
+        {"broke": True},
+    ):
         made = stop.made(**order)
         whole = stop.whole(stocks.head_of(made.stock, 0.0))
         higher, lower = apart(whole, stop.final(made.data, made.stock))
@@ -228,7 +274,8 @@ def test_a_program_that_goes_on_is_stopped_again(tmp_path):
 
 @pytest.mark.parametrize("newer", [0, 12, None])
 def test_the_bottom_of_a_hole_is_not_left_out(tmp_path, newer):
-    """The retract goes through the place of the stop again; so does the note that is newer than the cells, and one that has no place."""
+    """The retract goes through the place of the stop again; so does the note that is newer than the cells, and one that
+    has no place."""
     stop = Stop(tmp_path, DRILL)
     points = stop.run.points
     stop.cut_to(next(k for k in range(len(points)) if points[k][2] < -11.85))
@@ -240,9 +287,16 @@ def test_the_bottom_of_a_hole_is_not_left_out(tmp_path, newer):
 
 def test_before_a_cycle_that_knows_the_stock(tmp_path):
     """G24 traverses down to the top of a blank that the program defines; after M254 it does not know it."""
-    text = (ROOT / "nc_files" / "relief.ngc").read_text().replace("FILE=relief.stl", f"FILE={ROOT}/nc_files/relief.stl").replace("D0.8", "D4")
+    text = (
+        (ROOT / "nc_files" / "relief.ngc")
+        .read_text()
+        .replace("FILE=relief.stl", f"FILE={ROOT}/nc_files/relief.stl")
+        .replace("D0.8", "D4")
+    )
     stop = Stop(tmp_path, text)
-    made = stop.made(line=text.splitlines().index(next(line for line in text.splitlines() if line.startswith("G24"))) + 1)
+    made = stop.made(
+        line=text.splitlines().index(next(line for line in text.splitlines() if line.startswith("G24"))) + 1
+    )
     higher, lower = apart(stop.whole(stocks.head_of(made.stock, 0.0)), stop.final(made.data, made.stock))
     assert max(higher, lower) < 0.06, (higher, lower)
 
@@ -272,7 +326,9 @@ def test_before_a_compensated_path_behind_g64_in_inch(tmp_path):
     assert max(higher, lower) < 0.06, (higher, lower)
 
 
-@pytest.mark.parametrize("said, mm", [("", 0.01), ("G64 P0.002", 0.0508), ("G21 G64 P0.1\nG20", 0.1), ("G64 P0.1", 2.54)])
+@pytest.mark.parametrize(
+    "said, mm", [("", 0.01), ("G64 P0.002", 0.0508), ("G21 G64 P0.1\nG20", 0.1), ("G64 P0.1", 2.54)]
+)
 def test_the_path_mode_of_a_program_in_inch(tmp_path, said, mm):
     """P of the start of the machine, or of the program, in mm: no corner is rounded more than it was."""
     stop = Stop(tmp_path, INCREMENTAL.replace("T3 M6", f"{said}\nT3 M6" if said else "T3 M6"))
@@ -292,10 +348,20 @@ class Linuxcnc:
         return self.path
 
     def scene(self):
-        return {"index": 1, "offset": [self.x, 0.0, 0.0], "g92": [0.0, 0.0, 0.0], "turn": 0.0, "tool": 2, "codes": "G91 G20", "block_delete": True}
+        return {
+            "index": 1,
+            "offset": [self.x, 0.0, 0.0],
+            "g92": [0.0, 0.0, 0.0],
+            "turn": 0.0,
+            "tool": 2,
+            "codes": "G91 G20",
+            "block_delete": True,
+        }
 
 
-@pytest.mark.parametrize("own, in_force, in_file, what", [(True, 2.5, 0.0, "work offsets"), (True, 0.0, 2.5, ""), (False, 2.5, 0.0, "")])
+@pytest.mark.parametrize(
+    "own, in_force, in_file, what", [(True, 2.5, 0.0, "work offsets"), (True, 0.0, 2.5, ""), (False, 2.5, 0.0, "")]
+)
 def test_the_work_offset_in_force_counts(stop, tmp_path, monkeypatch, capsys, own, in_force, in_file, what):
     """Of the LinuxCNC that runs with this INI file: its parameter file does not have yet what was touched off since."""
     (stop.ini.parent / "mill.var").write_text(f"5220 1\n5221 {in_file}\n5222 0\n5223 0\n")
@@ -308,7 +374,12 @@ def test_the_work_offset_in_force_counts(stop, tmp_path, monkeypatch, capsys, ow
 def test_a_linuxcnc_that_ends_meanwhile(stop, monkeypatch, tmp_path):
     """The parameter file counts then."""
     gone = Linuxcnc(stop.ini, 2.5)
-    monkeypatch.setattr(gone, "scene", lambda: (_ for _ in ()).throw(type("error", (Exception,), {"__module__": "linuxcnc"})("gone")), raising=False)
+    monkeypatch.setattr(
+        gone,
+        "scene",
+        lambda: (_ for _ in ()).throw(type("error", (Exception,), {"__module__": "linuxcnc"})("gone")),
+        raising=False,
+    )
     monkeypatch.setattr(running, "mdi", gone)
     machine = running.machine_here(str(stop.ini), str(tmp_path))
     assert machine.parameters == str(stop.ini.parent / "mill.var")
@@ -317,16 +388,32 @@ def test_a_linuxcnc_that_ends_meanwhile(stop, monkeypatch, tmp_path):
 @pytest.mark.parametrize("full", ["the stock", "the slot's number", "the program"])
 def test_a_full_disk(stop, monkeypatch, capsys, full):
     """A sentence, no program and no half of a file, whichever file has no room; with room it goes on."""
+
     def no_room(*_values, **_names):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-    where = {"the stock": (store, "write_durable"), "the slot's number": (resume, "write_durable"), "the program": (output, "write_whole")}[full]
+
+    where = {
+        "the stock": (store, "write_durable"),
+        "the slot's number": (resume, "write_durable"),
+        "the program": (output, "write_whole"),
+    }[full]
     out = stop.ini.parent / "out.ngc"
     arguments = ["resume", str(stop.program), "-o", str(out), "--ini", str(stop.ini)]
     with monkeypatch.context() as context:
         context.setattr(*where, no_room)
         assert cli.main(arguments) == 2
     errors = capsys.readouterr().err
-    assert "No space left on device" in errors and "room" in errors and errors.count("\n") == 1 and not out.exists(), errors
+    assert "No space left on device" in errors and "room" in errors and errors.count("\n") == 1 and not out.exists(), (
+        errors
+    )
     slots = list(stop.journal.parent.glob("slot*"))
-    assert bool(slots) == (full == "the program") and not list(stop.ini.parent.rglob("*.new")) and not list(stop.ini.parent.glob(".chipwise-*"))
-    assert cli.main(arguments) == 0 and out.exists() and [path.name for path in stop.journal.parent.glob("slot*")] == ["slot9.stock"]
+    assert (
+        bool(slots) == (full == "the program")
+        and not list(stop.ini.parent.rglob("*.new"))
+        and not list(stop.ini.parent.glob(".chipwise-*"))
+    )
+    assert (
+        cli.main(arguments) == 0
+        and out.exists()
+        and [path.name for path in stop.journal.parent.glob("slot*")] == ["slot9.stock"]
+    )

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""rewrite/cut_cache.py: trials whose parts are not cut again, against trials that are cut from the beginning; to the last bit."""
+"""rewrite/cut_cache.py: trials whose parts are not cut again, against trials that are cut from the beginning; to the
+last bit."""
+
 import dataclasses
 
 import numpy as np
@@ -20,7 +22,7 @@ def random_path(rng, longest):
     steps[rng.random(500) < 0.03, :2] = 0.0
     path = np.cumsum(steps, axis=0) + [20.0, 15.0, -6.0]
     size = np.array(HIGH) - LOW + [6.0, 6.0, 0.0]
-    return np.abs((path - LOW) % (2 * size) - size) + LOW - [3.0, 3.0, 0.0]         # mirrored at its limits
+    return np.abs((path - LOW) % (2 * size) - size) + LOW - [3.0, 3.0, 0.0]  # mirrored at its limits
 
 
 def new_map(rng):
@@ -49,11 +51,17 @@ def test_trials_meet_what_they_meet_when_all_is_cut(shape):
             depth = recut.depths(path[0], path[1:], label)
             wanted = other.cut(shape, path[0], path[1:])["depth"]
             assert (depth == wanted).all(), (random_seed(), case, trial)
-            assert (stock.height == other.height).all() and (stock.needle_height == other.needle_height).all(), (random_seed(), case, trial)
+            assert (stock.height == other.height).all() and (stock.needle_height == other.needle_height).all(), (
+                random_seed(),
+                case,
+                trial,
+            )
             window.restore()
             reference.restore()
             at = rng.integers(0, 480)
-            path[at:at + rng.integers(1, 20), 2] += rng.choice([-1.0, 1.0]) * rng.uniform(0, 2) * (trial != 2)      # one trial is as before
+            path[at : at + rng.integers(1, 20), 2] += (
+                rng.choice([-1.0, 1.0]) * rng.uniform(0, 2) * (trial != 2)
+            )  # one trial is as before
         assert recut.again > len(np.unique(label))
 
 
@@ -65,12 +73,17 @@ def test_a_long_path_is_cut_in_parts_as_in_one(shape, monkeypatch):
         rng = np.random.default_rng([random_seed(), case, 1])
         stock = new_map(rng)
         other, path = same_map(stock), random_path(rng, rng.choice([0.3, 1.5, 4.0]))
-        owners, met = zip(*((owner.copy(), met.copy()) for owner, met in sections.cut_along(stock, shape, path[0], path[1:], 1.0)))
+        owners, met = zip(
+            *((owner.copy(), met.copy()) for owner, met in sections.cut_along(stock, shape, path[0], path[1:], 1.0))
+        )
         points, owner = sections.pieces(path, 1.0)
         wanted, met = other.cut(shape, points[0], points[1:]), np.concatenate(met)
         assert len(owners) > 5 and (np.concatenate(owners) == owner).all(), (random_seed(), case)
         assert all((met[name] == wanted[name]).all() for name in ("depth", "at", "holder")), (random_seed(), case)
-        assert (stock.height == other.height).all() and (stock.needle_height == other.needle_height).all(), (random_seed(), case)
+        assert (stock.height == other.height).all() and (stock.needle_height == other.needle_height).all(), (
+            random_seed(),
+            case,
+        )
 
 
 def test_other_stock_is_cut_again():
@@ -90,7 +103,7 @@ def test_parts_do_not_begin_with_a_short_move():
     places = np.cumsum(np.tile([0.2, 0.0, 0.0], (12, 1)), axis=0)
     assert cut_cache.parts((0, 0, 0), places, np.arange(12) // 4) == [0, 4, 8, 12]
     places[4:, 0] -= 0.17
-    places[8:, 0] -= 0.2                                                            # along the axis
+    places[8:, 0] -= 0.2  # along the axis
     assert cut_cache.parts((0, 0, 0), places, np.arange(12) // 4) == [0, 5, 8, 12]
     assert cut_cache.parts((0, 0, 0), places / 10, np.arange(12) // 4) == [0, 8, 12]
 

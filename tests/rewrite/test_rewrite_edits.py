@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Edits in arrays against lists and dictionaries, and moves along a path of single segments against those of pieces."""
+
 import random
 from types import SimpleNamespace
 
@@ -15,7 +16,13 @@ from support.random_cases import random_count, random_seed
 def random_moves(rng, most=6):
     def one():
         kind, end = rng.choice([RAPID, FEED, ARC]), tuple(rng.uniform(-9, 9) for _ in range(3))
-        return Move(kind, end, None if kind == RAPID else rng.uniform(1, 900), Circle(1, (rng.random(), 0.0, 1.0), 1.0) if kind == ARC else None)
+        return Move(
+            kind,
+            end,
+            None if kind == RAPID else rng.uniform(1, 900),
+            Circle(1, (rng.random(), 0.0, 1.0), 1.0) if kind == ARC else None,
+        )
+
     return [one() for _ in range(rng.randint(0, most))]
 
 
@@ -43,11 +50,13 @@ def test_what_is_put_by_step_is_there():
             wanted.update(zip(steps, lists))
             notes.update(dict.fromkeys(steps, note))
             if rng.random() < 0.01:
-                assert len(made) == len(wanted)             # it is merged here, too
+                assert len(made) == len(wanted)  # it is merged here, too
         assert made.steps.tolist() == sorted(wanted), case
         for step in rng.sample(range(9999), 500):
             found = made.get(step)
-            assert (found if found is None else list(found)) == wanted.get(step) and made.note(step) == notes.get(step), (case, step)
+            assert (found if found is None else list(found)) == wanted.get(step) and made.note(step) == notes.get(
+                step
+            ), (case, step)
 
 
 def test_moves_come_step_by_step_those_behind_a_step_last():
@@ -68,7 +77,7 @@ def test_single_segments_become_the_moves_that_pieces_become():
         rng = np.random.default_rng([random_seed(), case])
         n = 60
         points = np.cumsum(rng.uniform(0.1, 1, (n + 1, 3)), axis=0)
-        path = points + [0, 0, 1] * np.repeat(rng.uniform(0, 3, 13), 5)[:n + 1, None]
+        path = points + [0, 0, 1] * np.repeat(rng.uniform(0, 3, 13), 5)[: n + 1, None]
         path[1 + rng.choice(n - 1, 9, replace=False)] = np.nan
         step = np.cumsum(rng.random(n) < rng.choice([0.5, 0.95, 1.0]))
         program = SimpleNamespace(step=step, feed=rng.uniform(1, 900, n), circle=np.full(n + 1, -1))
@@ -89,5 +98,9 @@ def test_steps_on_a_line_are_one_move():
         path[rng.integers(1, 60), 2] += rng.choice([1e-4, 3e-4, np.nan])
         path[rng.integers(0, 10) * 6 + 3, 2] += rng.choice([1e-4, 3e-4])
         parts = [slice(a, b + 1) for a, b in zip(bounds[:-1], bounds[1:])]
-        wanted = [path_moves.kept_points(path_moves.shift.along(points[own]), path[own, 2]) == [0, 6] and not np.isnan(path[own, 2]).any() for own in parts]
+        wanted = [
+            path_moves.kept_points(path_moves.shift.along(points[own]), path[own, 2]) == [0, 6]
+            and not np.isnan(path[own, 2]).any()
+            for own in parts
+        ]
         assert path_moves._lines(points, path[:, 2], bounds).tolist() == wanted and 6 < sum(wanted), case

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """bin/chipwise rewrite with a folder: each program as alone, one bad one, refusals."""
+
 import os
 
 import pytest
@@ -28,8 +29,11 @@ def make_ini(tmp_path):
 
 def test_every_program_as_alone(tmp_path, folder, ini):
     done = rewrite(folder, tmp_path / "out", ini, "--flute", "--jobs", "2")
-    assert done.status == 2 and done.errors == f"chipwise: {folder}/bad.nc: bad number format (conversion failed) parsing ''; " \
-        "correct the line (line 1)"
+    assert (
+        done.status == 2
+        and done.errors
+        == f"chipwise: {folder}/bad.nc: bad number format (conversion failed) parsing ''; correct the line (line 1)"
+    )
     assert sorted(os.listdir(tmp_path / "out")) == [f"{seed}.ngc" for seed in SEEDS]
     said = []
     for seed in SEEDS:
@@ -46,14 +50,20 @@ def test_refused(tmp_path, folder, ini):
     empty.mkdir()
     one = folder / "900.ngc"
     for program, out, options, said in (
-            (folder, folder, (), "-o is the folder of the programs; name another one"),
-            (folder, file, (), f"-o {file} is not a folder; name one for the new programs"),
-            (empty, tmp_path / "out", (), "there is no program (.ngc, .nc, .tap) in the folder"),
-            (folder, file / "below", (), f"-o {file}/below: Not a directory; name a folder that can be made"),
-            (folder, tmp_path / "out", ("--jobs", "0"), "--jobs 0 is not from 1 to 256"),
-            (folder, tmp_path / "out", ("--jobs", "2", "--scheduler", "tcp://127.0.0.1:1"), "--jobs counts processes of this computer"),
-            (one, tmp_path / "o.ngc", ("--jobs", "2"), "--jobs goes with a folder of programs"),
-            (one, tmp_path / "o.ngc", ("--scheduler", "tcp://127.0.0.1:1"), "--scheduler goes with a folder of programs")):
+        (folder, folder, (), "-o is the folder of the programs; name another one"),
+        (folder, file, (), f"-o {file} is not a folder; name one for the new programs"),
+        (empty, tmp_path / "out", (), "there is no program (.ngc, .nc, .tap) in the folder"),
+        (folder, file / "below", (), f"-o {file}/below: Not a directory; name a folder that can be made"),
+        (folder, tmp_path / "out", ("--jobs", "0"), "--jobs 0 is not from 1 to 256"),
+        (
+            folder,
+            tmp_path / "out",
+            ("--jobs", "2", "--scheduler", "tcp://127.0.0.1:1"),
+            "--jobs counts processes of this computer",
+        ),
+        (one, tmp_path / "o.ngc", ("--jobs", "2"), "--jobs goes with a folder of programs"),
+        (one, tmp_path / "o.ngc", ("--scheduler", "tcp://127.0.0.1:1"), "--scheduler goes with a folder of programs"),
+    ):
         done = rewrite(program, out, ini, "--flute", *options)
         assert done.status == 2 and done.errors.startswith(f"chipwise: rewrite: {said}"), done.errors
         assert done.errors.count("\n") == 0 and not (tmp_path / "out").exists()

@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What is unknown before a program's first height, and cells too large for a tool: rewrite judges them as check does."""
+"""What is unknown before a program's first height, and cells too large for a tool: rewrite judges them as check
+does."""
+
 import re
 
 import pytest
 
 from support.rewrite_rig import HEAD, check_status, make_machine, rewrite
 
-STOCK = "M250 P0 Q0 R-30 I100 J60 K40\n"            # its top is 10 mm above machine zero
-LEAD = "T1 M6\nS8000 M3\nG0 X-10 Y30\nX110\nX-10 Y30 Z15\nG0 Z-2\nG1 X110 F400\nG0 Z15\nM2\n"      # 12 mm deep, D6, flutes 12
+STOCK = "M250 P0 Q0 R-30 I100 J60 K40\n"  # its top is 10 mm above machine zero
+LEAD = (
+    "T1 M6\nS8000 M3\nG0 X-10 Y30\nX110\nX-10 Y30 Z15\nG0 Z-2\nG1 X110 F400\nG0 Z15\nM2\n"  # 12 mm deep, D6, flutes 12
+)
 DEEP = LEAD.replace("Z-2\n", "Z-3\n")
 
 
@@ -28,7 +32,7 @@ def test_a_traverse_at_an_unknown_height_cuts_nothing(tmp_path, machine):
     before.write_text(HEAD + STOCK + DEEP)
     assert rewrite(before, after, machine, "--feed", "10").status == 0
     feeds = [float(f) for f in re.findall(r"F([\d.]+)", after.read_text())]
-    assert min(feeds) == pytest.approx(10000 / (6 * 13), rel=0.02)              # of the slot, not of what a traverse has left
+    assert min(feeds) == pytest.approx(10000 / (6 * 13), rel=0.02)  # of the slot, not of what a traverse has left
 
 
 @pytest.mark.parametrize("kind", (["--flute"], ["--feed", "5"]))

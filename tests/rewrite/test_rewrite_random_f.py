@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""chipwise rewrite --feed on programs with F in all kinds of places: every move has the F that was meant (proof.same_feeds)."""
+"""chipwise rewrite --feed on programs with F in all kinds of places: every move has the F that was meant
+(proof.same_feeds)."""
+
 import random
 
 import pytest
@@ -19,8 +21,22 @@ class Lines:
         self.random, self.inch, self.relative = random.Random(f"F {seed}"), False, False
         self.lines = [HEAD.strip(), "M250 P0 Q0 R-40 I100 J60 K40", "T3 M6", "S8000 M3", "G0 X-10 Y30 Z5", "F300"]
         for _ in range(self.random.randint(6, 30)):
-            self.random.choice([self.straight] * 8 + [self.arc, self.arc, self.traverse, self.down, self.alone, self.remark, self.units, self.distance,
-                                                      self.reference, self.cycle, self.loop])()
+            self.random.choice(
+                [self.straight] * 8
+                + [
+                    self.arc,
+                    self.arc,
+                    self.traverse,
+                    self.down,
+                    self.alone,
+                    self.remark,
+                    self.units,
+                    self.distance,
+                    self.reference,
+                    self.cycle,
+                    self.loop,
+                ]
+            )()
         self.lines += ["G90", f"G0 Z{self.mm(5)}", "M2"]
 
     def mm(self, value):
@@ -41,7 +57,11 @@ class Lines:
 
     def arc(self):
         width = self.mm(self.random.uniform(2, 15))
-        self.lines += ["G91", f"G{self.random.choice([2, 3])} X{width} Y0 R{width} {self.f(0.25)}", "G91" if self.relative else "G90"]
+        self.lines += [
+            "G91",
+            f"G{self.random.choice([2, 3])} X{width} Y0 R{width} {self.f(0.25)}",
+            "G91" if self.relative else "G90",
+        ]
 
     def traverse(self):
         self.lines.append(f"G0 {self.place()} {self.f(0.4)}")
@@ -74,7 +94,12 @@ class Lines:
 
     def loop(self):
         number = 100 + len(self.lines)
-        self.lines += [f"o{number} repeat [2]", f"G1 {self.place()} {self.f(0.25)}", self.f(0.5), f"o{number} endrepeat"]
+        self.lines += [
+            f"o{number} repeat [2]",
+            f"G1 {self.place()} {self.f(0.25)}",
+            self.f(0.5),
+            f"o{number} endrepeat",
+        ]
 
 
 @pytest.mark.parametrize("case", range(random_count(10)))

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Amounts of shift: the patent's figures 14 to 19 (CN105492980), and what the roundings and bridges promise."""
+
 import numpy as np
 import pytest
 
@@ -12,7 +13,7 @@ from support.random_cases import random_count, random_seed
 def test_figures_14_to_16():
     """The shifted path turns back between MP3 and MP4: both are dropped, MP2 and MP5 are joined."""
     first = np.array([[0, 0, 0], [10, 0, -1], [20, 0, -4], [21, 0, -14], [30, 0, -16], [40, 0, -17]], float)
-    moved = shift.shifted(first, [2, 2, 1, 14, 4, 2])           # MP3a -> MP4a goes down, MP3b -> MP4b up
+    moved = shift.shifted(first, [2, 2, 1, 14, 4, 2])  # MP3a -> MP4a goes down, MP3b -> MP4b up
     assert shift.turned_points(first, moved).tolist() == [False, False, True, True, False, False]
     assert not shift.turned_points(first, first).any()
 
@@ -25,14 +26,15 @@ def test_a_right_angle_is_too_much_and_less_is_not():
 
 
 def test_figures_17_to_19():
-    """Up a slope to a plateau: the arc at the top goes through MP13, the arc at the foot is tangent, and all is outside."""
+    """Up a slope to a plateau: the arc at the top goes through MP13, the arc at the foot is tangent, and all is
+    outside."""
     s = np.linspace(0, 60, 6001)
-    amount = np.interp(s, [0, 20, 30, 60], [0, 0, 10, 10])      # MP11, MP12, MP13, MP14
+    amount = np.interp(s, [0, 20, 30, 60], [0, 0, 10, 10])  # MP11, MP12, MP13, MP14
     radius = 4.0
     result = shift.rounded(s, amount, radius)
     assert (result >= amount).all()
-    assert result[s >= 30] == pytest.approx(10.0, abs=1e-9)     # through MP13 [0108]
-    off = radius * (np.sqrt(2) - 1)                             # the slope is tangent to the arc at the top
+    assert result[s >= 30] == pytest.approx(10.0, abs=1e-9)  # through MP13 [0108]
+    off = radius * (np.sqrt(2) - 1)  # the slope is tangent to the arc at the top
     middle = (s > 24) & (s < 25)
     assert result[middle] == pytest.approx(amount[middle] + off, abs=0.01)
     assert bends(s, result) >= radius - 0.1
@@ -41,8 +43,10 @@ def test_figures_17_to_19():
 def bends(s, z):
     """Smallest radius of a profile."""
     dz, h = np.gradient(z, s), s[1] - s[0]
-    curve = np.abs(np.gradient(dz, h)) / (1 + dz ** 2) ** 1.5
-    return 1.0 / max(float(np.sort(curve)[-len(curve) // 500]), 1e-9)       # but for the points next to a change of curvature
+    curve = np.abs(np.gradient(dz, h)) / (1 + dz**2) ** 1.5
+    return 1.0 / max(
+        float(np.sort(curve)[-len(curve) // 500]), 1e-9
+    )  # but for the points next to a change of curvature
 
 
 def test_rounded_is_never_below_and_nowhere_tighter():
@@ -65,9 +69,11 @@ def test_a_disc_that_rolls():
         s = np.sort(rng.choice(np.round(rng.uniform(0, 12, 30), 1), count))
         values = rng.uniform(-3, 3, count)
         gap = np.abs(s[:, None] - s[None])
-        disc = np.where(gap <= radius, np.sqrt(np.maximum(radius ** 2 - gap ** 2, 0.0)), -np.inf)
+        disc = np.where(gap <= radius, np.sqrt(np.maximum(radius**2 - gap**2, 0.0)), -np.inf)
         assert shift.rolled(s, values, radius, 1.0) == pytest.approx((values[None] + disc).max(axis=1), abs=1e-12), case
-        assert shift.rolled(s, values, radius, -1.0) == pytest.approx((values[None] - disc).min(axis=1), abs=1e-12), case
+        assert shift.rolled(s, values, radius, -1.0) == pytest.approx((values[None] - disc).min(axis=1), abs=1e-12), (
+            case
+        )
 
 
 def test_a_shift_holds_through_the_air():
@@ -84,29 +90,37 @@ def test_stretches_and_kept_points():
     left = np.zeros(30, bool)
     left[[3, 4, 20]] = True
     s = np.arange(31) * 0.5
-    assert segments(left, s, 0.25, 3.0) == [(2, 8), (19, 24)]           # a piece more, and as far as a strip a cell wide may be hidden
+    assert segments(left, s, 0.25, 3.0) == [
+        (2, 8),
+        (19, 24),
+    ]  # a piece more, and as far as a strip a cell wide may be hidden
     assert segments(left, s, 0.25, 50.0) == [(2, 16), (19, 30)]
     left[8:12] = True
-    assert segments(left, s, 0.25, 50.0) == [(2, 30)]                   # they would be one beside the other
+    assert segments(left, s, 0.25, 50.0) == [(2, 30)]  # they would be one beside the other
     s = np.arange(5.0)
     assert kept_points(s, np.array([0, 0, 0, 1.0, 2.0])) == [0, 2, 4]
     assert kept_points(s, np.array([0, np.nan, 0, 0, 0])) == [0, 4]
-    assert kept_points(s, np.full(5, np.nan)) == []         # the whole step is bridged
+    assert kept_points(s, np.full(5, np.nan)) == []  # the whole step is bridged
 
 
 def test_a_path_without_what_is_done():
-    """Each segment that is not done is travelled once, in order, between its own points; between two of them the tool is above, or goes straight up
-    or down at a point of the path."""
+    """Each segment that is not done is travelled once, in order, between its own points; between two of them the tool
+    is above, or goes straight up or down at a point of the path."""
     rng = np.random.default_rng([random_seed(), 12])
     for case in range(random_count(200)):
         count = int(rng.integers(1, 120))
-        points, done = np.cumsum(rng.normal(size=(count + 1, 3)), axis=0), np.repeat(rng.random(count) < 0.7, rng.integers(1, 30, count))[:count]
+        points, done = (
+            np.cumsum(rng.normal(size=(count + 1, 3)), axis=0),
+            np.repeat(rng.random(count) < 0.7, rng.integers(1, 30, count))[:count],
+        )
         if done.all():
             done[int(rng.integers(count))] = False
         above = float(points[:, 2].max()) + 1.0
         places, own, segment = without(points, done, above)
         assert (np.diff(segment[own]) > 0).all() and set(np.flatnonzero(~done)) <= set(segment[own].tolist()), case
-        assert (places[:-1][own] == points[segment[own]]).all() and (places[1:][own] == points[segment[own] + 1]).all(), case
+        assert (places[:-1][own] == points[segment[own]]).all() and (
+            places[1:][own] == points[segment[own] + 1]
+        ).all(), case
         a, b = places[:-1][~own], places[1:][~own]
         straight = (a[:, :2] == b[:, :2]).all(axis=1)
         assert (straight | ((a[:, 2] == above) & (b[:, 2] == above))).all(), case

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Lines that are written a batch at a time (rewrite/straight_text.py) against the same lines written one by one."""
+
 import io
 import random
 from types import SimpleNamespace
@@ -18,7 +19,18 @@ from support.random_cases import random_count, random_seed
 from support.rewrite_rig import HEAD, make_machine
 
 LINES = 60
-BETWEEN = ("G20", "G21", "G91", "G90", "G54", "G55", "F77", "G0 X1\nG1 X2", "G81 X3 Y4 Z-1 R2 F90\nX4\nG80\nG1 X1 F300", "G1 X2 Y1 Z0 F300 (a remark)")
+BETWEEN = (
+    "G20",
+    "G21",
+    "G91",
+    "G90",
+    "G54",
+    "G55",
+    "F77",
+    "G0 X1\nG1 X2",
+    "G81 X3 Y4 Z-1 R2 F90\nX4\nG80\nG1 X1 F300",
+    "G1 X2 Y1 Z0 F300 (a remark)",
+)
 
 
 @pytest.fixture(scope="module", name="machine")
@@ -30,7 +42,10 @@ def random_text(rng):
     lines = [HEAD.strip(), "G10 L2 P2 X3.3 Y-1.7 Z0.125 R30", "T1 M6", "S900 M3", "G0 X0 Y0 Z5", "G1 Z0 F300"]
     for n in range(LINES):
         lines += [rng.choice(BETWEEN)] if rng.random() < 0.1 else []
-        lines.append(f"{rng.choice(['', '', 'G1 ', f'N{n} '])}X{rng.uniform(0, 9):.3f} Y{rng.uniform(0, 9):.3f} Z{rng.uniform(-2, 0):.4f}")
+        lines.append(
+            f"{rng.choice(['', '', 'G1 ', f'N{n} '])}X{rng.uniform(0, 9):.3f} Y{rng.uniform(0, 9):.3f} "
+            f"Z{rng.uniform(-2, 0):.4f}"
+        )
     return "\n".join([*lines, "G21 G90 G54 G80", "M2"]) + "\n"
 
 
@@ -38,7 +53,11 @@ def random_moves(rng):
     """Moves, some of them to the place of the one before, few of them arcs."""
     result = []
     for _ in range(rng.choice([0, 1, 1, 1, 2, 4])):
-        end = result[-1].end if result and rng.random() < 0.2 else tuple(rng.choice([1.0, rng.uniform(-9, 9)]) for _ in range(3))
+        end = (
+            result[-1].end
+            if result and rng.random() < 0.2
+            else tuple(rng.choice([1.0, rng.uniform(-9, 9)]) for _ in range(3))
+        )
         kind = rng.choice([RAPID, FEED, FEED, FEED])
         result.append(Move(kind, end, None if kind == RAPID else rng.choice([300.0, 450.0])))
     if result and rng.random() < 0.05:
@@ -49,7 +68,12 @@ def random_moves(rng):
 def random_edits(rng, program):
     edits, steps = Edits(), sorted(rng.sample(range(2, program.steps - 1), program.steps * 3 // 4))
     lists = [random_moves(rng) for _ in steps]
-    edits.instead.put(steps, np.cumsum([0, *map(len, lists)]), Table.joined([Table.of(one) for one in lists]), rng.choice([None, "shifted"]))
+    edits.instead.put(
+        steps,
+        np.cumsum([0, *map(len, lists)]),
+        Table.joined([Table.of(one) for one in lists]),
+        rng.choice([None, "shifted"]),
+    )
     for step in rng.sample(steps, 3):
         edits.after[step] = [Move(FEED, (1.0, 2.0, 3.0), 300.0)]
     return edits

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Traverses that bin/chipwise rewrite --flute adds keep a clearance from stock at their side; judged by needles written apart."""
+"""Traverses that bin/chipwise rewrite --flute adds keep a clearance from stock at their side; judged by needles written
+apart."""
+
 import random
 from types import SimpleNamespace
 
@@ -19,7 +21,7 @@ from support.depth_cases import geometry_of, program_of
 from support.random_cases import random_count, random_seed
 from support.rewrite_rig import FLUTES, HEAD, deep_program, make_machine, rewrite, verdict
 
-TOOLS = {1: (6.0, 0.0), 2: (6.0, 3.0), 3: (10.0, 0.0), 4: (8.0, 1.0)}      # diameter, corner radius of rewrite_rig.TOOLS
+TOOLS = {1: (6.0, 0.0), 2: (6.0, 3.0), 3: (10.0, 0.0), 4: (8.0, 1.0)}  # diameter, corner radius of rewrite_rig.TOOLS
 CLEARANCE = 0.2
 STOCK = "M250 P0 Q0 R-50 I80 J60 K50\n"
 BACK = HEAD + STOCK + "T1 M6\nF600\nG0 X-5 Y30\nG0 Z-36\nG1 X85\nG0 Z20\nM2\n"
@@ -53,24 +55,34 @@ def test_the_last_level_leaves_no_sliver_for_a_traverse(tmp_path, machine):
     assert oracle.violations(after, TOOLS, CLEARANCE) == [] and "shifted" in after
     box, moves = oracle.read(after)
     x, y = (v.ravel() for v in np.meshgrid(np.linspace(0.0, 1.0, 201), np.linspace(59.51, 59.99, 49)))
-    assert oracle.heights(box, moves, TOOLS, x, y).max() == -32.0              # the corner where the last level ends
+    assert oracle.heights(box, moves, TOOLS, x, y).max() == -32.0  # the corner where the last level ends
 
 
 def test_the_oracle_sees_both(tmp_path):
     """What was written before: G0 through the slot, and through a sliver 0.04 mm thick."""
-    slot = BACK.replace("G0 Z-36\nG1 X85\n", "G0 Z-36\nG1 X-5 Z-20\nG1 X85\nG0 X-3.5\nG0 Z-35\nG1 Z-36\nG1 X80\nG0 X85\n")
+    slot = BACK.replace(
+        "G0 Z-36\nG1 X85\n", "G0 Z-36\nG1 X-5 Z-20\nG1 X85\nG0 X-3.5\nG0 Z-35\nG1 Z-36\nG1 X80\nG0 X85\n"
+    )
     found = oracle.violations(slot, TOOLS, CLEARANCE)
-    assert [line for line, _, _ in found] == [9, 13] and all(side == pytest.approx(0.0, abs=0.01) for _, _, side in found)
+    assert [line for line, _, _ in found] == [9, 13] and all(
+        side == pytest.approx(0.0, abs=0.01) for _, _, side in found
+    )
     sliver = SLIVER.replace("G1 X-6\n", "G1 X0.5\nG0 X-6\n")
     assert [line for line, _, _ in oracle.violations(sliver, TOOLS, CLEARANCE)] == [11]
 
 
 def low_program(seed):
-    """Slots, some into the stock and some through it, between which the program travels beside the stock at the depth that it cuts."""
+    """Slots, some into the stock and some through it, between which the program travels beside the stock at the depth
+    that it cuts."""
     r = random.Random(f"low {seed}")
     size = r.uniform(45, 70), r.uniform(40, 60), r.uniform(25, 40)
     tool = r.choice([1, 2, 4])
-    lines = [HEAD.strip(), f"M250 P0 Q0 R{-size[2]:.3f} I{size[0]:.3f} J{size[1]:.3f} K{size[2]:.3f}", f"T{tool} M6", "S9000 M3"]
+    lines = [
+        HEAD.strip(),
+        f"M250 P0 Q0 R{-size[2]:.3f} I{size[0]:.3f} J{size[1]:.3f} K{size[2]:.3f}",
+        f"T{tool} M6",
+        "S9000 M3",
+    ]
     lines += [f"G0 X{r.uniform(-14, -6):.3f} Y{r.uniform(5, size[1] - 5):.3f}"]
     for _ in range(r.randint(1, 3)):
         lines.append(f"G0 Z{-r.uniform(1.2 * FLUTES[tool], min(size[2] - 1, 3 * FLUTES[tool])):.3f}")
@@ -114,7 +126,13 @@ def test_a_link_is_for_the_stock_before_the_segment_is_cut():
     part, body = SimpleNamespace(points=np.array([[-3.1, 30.0, -9.0]])), SimpleNamespace(lead=[], move=np.array([0]))
     link = links.to_segment((50.0, 30.0, -5.0), part, body)
     stock.cut(tool, (-3.1, 30.0, -9.0), np.array([[70.0, 30.0, -9.0]]))
-    assert [(m.kind, m.end[2]) for m in link(-9.0)] == [(RAPID, 5.0), (RAPID, 5.0), (RAPID, 1.0), (FEED, -8.0), (FEED, -9.0)]
+    assert [(m.kind, m.end[2]) for m in link(-9.0)] == [
+        (RAPID, 5.0),
+        (RAPID, 5.0),
+        (RAPID, 1.0),
+        (FEED, -8.0),
+        (FEED, -9.0),
+    ]
 
 
 def test_a_traverse_of_the_program_itself_that_is_too_near_by_then(tmp_path, machine):
@@ -124,7 +142,9 @@ def test_a_traverse_of_the_program_itself_that_is_too_near_by_then(tmp_path, mac
     program, edits = read(str(path), Machine(str(machine)), None), Edits()
     feed_traverses(program, edits, [(85.0, 30.0, -3.0)])
     steps, _, table = edits.instead.merged()
-    assert [int(program.line[program.first[step]]) for step in steps] == [path.read_text().split("\n").index("G0 Z-3") + 1]
+    assert [int(program.line[program.first[step]]) for step in steps] == [
+        path.read_text().split("\n").index("G0 Z-3") + 1
+    ]
     assert [tuple(move) for move in table] == [(FEED, (85.0, 30.0, -3.0), 600.0, None)]
 
 
@@ -145,7 +165,12 @@ TRAVERSES = {
     "straight down beside a wall": (FLAT, (7, -3.1, 3), (7, -3.1, -1), True),
     "straight down, 0.21 mm": (FLAT, (7, -3.21, 3), (7, -3.21, -4), False),
     "over the stock": (FLAT, (-4, 3.0, 0.0), (18, 3.0, 0.0), False),
-    "a ball beside the edge": (BALL, (-4, -2.426, -1), (18, -2.426, -1), True),         # it is 2.236 mm wide at the top of the stock
+    "a ball beside the edge": (
+        BALL,
+        (-4, -2.426, -1),
+        (18, -2.426, -1),
+        True,
+    ),  # it is 2.236 mm wide at the top of the stock
     "a ball, 0.21 mm": (BALL, (-4, -2.446, -1), (18, -2.446, -1), False),
     "a cone beside the edge": (CONE, (-4, -1.19, -1), (18, -1.19, -1), True),
     "a cone, 0.21 mm": (CONE, (-4, -1.21, -1), (18, -1.21, -1), False),

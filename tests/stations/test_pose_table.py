@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The angles of a tilting table in a station, against LinuxCNC's own kinematics modules: the direction in which joint Z moves the tip on the part."""
+"""The angles of a tilting table in a station, against LinuxCNC's own kinematics modules: the direction in which joint Z
+moves the tip on the part."""
 
 import math
 import random

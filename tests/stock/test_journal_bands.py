@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Bands of a new stock that are equal are compressed once (stock/journal.py: Writer.band); the file has all of them in their places."""
+"""Bands of a new stock that are equal are compressed once (stock/journal.py: Writer.band); the file has all of them in
+their places."""
+
 import numpy as np
 
 from chipwise.resume import stocks

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Python's structures and constants of the core are those of the C headers, and a library with others is refused."""
+
 import os
 import re
 import shutil
@@ -41,19 +42,27 @@ def replace(path, text, other):
 
 
 def generate(folder, *options):
-    return subprocess.run([PYTHON, str(folder / "tools" / "make_layout.py"), *options], text=True, stdout=subprocess.PIPE)
+    return subprocess.run(
+        [PYTHON, str(folder / "tools" / "make_layout.py"), *options], text=True, stdout=subprocess.PIPE
+    )
 
 
 def answer(library):
     """What library.py says about a library; "" if it takes it."""
-    done = subprocess.run([PYTHON, "-c", PROBE, str(ROOT / "remap")], env={**os.environ, "CHIPWISE_CORE": str(library)},
-                          text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    done = subprocess.run(
+        [PYTHON, "-c", PROBE, str(ROOT / "remap")],
+        env={**os.environ, "CHIPWISE_CORE": str(library)},
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
     assert done.returncode == 0, done.stdout
     return done.stdout.strip()
 
 
 def build(folder, changed):
-    """The core of a folder as a library; -> its path.  changed: file below components/: what does not include it is linked as `make build` made it."""
+    """The core of a folder as a library; -> its path.  changed: file below components/: what does not include it is
+    linked as `make build` made it."""
     library, sources, objects = folder / "libchipwise.so", sorted(folder.glob("build/*.c")), []
     for path in sorted([*ROOT.glob("components/core/*.c"), *ROOT.glob("components/offline/*.c")]):
         name = path.relative_to(ROOT / "components")
@@ -61,8 +70,22 @@ def build(folder, changed):
             sources.append(folder / "components" / name)
         else:
             objects.append(ROOT / "build" / name.with_suffix(".o"))
-    subprocess.run(["gcc", "-O0", "-w", "-shared", "-fPIC", "-I", str(folder / "components"), "-o", str(library),
-                    *map(str, sources + objects), "-lm"], check=True)
+    subprocess.run(
+        [
+            "gcc",
+            "-O0",
+            "-w",
+            "-shared",
+            "-fPIC",
+            "-I",
+            str(folder / "components"),
+            "-o",
+            str(library),
+            *map(str, sources + objects),
+            "-lm",
+        ],
+        check=True,
+    )
     return library
 
 
@@ -71,10 +94,14 @@ def test_the_committed_files_are_those_of_the_headers():
     assert done.returncode == 0, done.stdout
 
 
-@pytest.mark.parametrize("header, text, other", [
-    ("cell.h", "#define CHIP_FULL 65535", "#define CHIP_FULL 65534"),
-    ("tracker.h", "CHIP_FAULT_JUMP = 21,", "CHIP_FAULT_JUMP = 24,"),
-    ("path.h", "int first, count;", "int first; long count;")])
+@pytest.mark.parametrize(
+    "header, text, other",
+    [
+        ("cell.h", "#define CHIP_FULL 65535", "#define CHIP_FULL 65534"),
+        ("tracker.h", "CHIP_FAULT_JUMP = 21,", "CHIP_FAULT_JUMP = 24,"),
+        ("path.h", "int first, count;", "int first; long count;"),
+    ],
+)
 def test_a_stale_file_is_seen(tmp_path, header, text, other):
     folder = copy(tmp_path)
     assert generate(folder).returncode == 0 and generate(folder, "--check").returncode == 0
@@ -83,11 +110,21 @@ def test_a_stale_file_is_seen(tmp_path, header, text, other):
     assert done.returncode == 1 and "layout.py" in done.stdout and "make build" in done.stdout
 
 
-@pytest.mark.parametrize("text, other, named", [
-    ("int limit;                  /* chip_limited_by */", "int limit, extra;", "chip_feed_out.extra"),
-    ("double ramp_mm_s;           /* velocity the climb has reached */\n    double given_mm_s;          /* velocity of the last "
-     "output */", "double given_mm_s, ramp_mm_s;", "chip_feed_easing.given_mm_s"),
-    ("int is_trusted; ", "long is_trusted; ", "chip_feed_in")], ids=["grown", "in another order", "wider"])
+@pytest.mark.parametrize(
+    "text, other, named",
+    [
+        ("int limit;                  /* chip_limited_by */", "int limit, extra;", "chip_feed_out.extra"),
+        (
+            "double ramp_mm_s;           /* velocity the climb has reached */\n"
+            "    double given_mm_s;          /* velocity of the last "
+            "output */",
+            "double given_mm_s, ramp_mm_s;",
+            "chip_feed_easing.given_mm_s",
+        ),
+        ("int is_trusted; ", "long is_trusted; ", "chip_feed_in"),
+    ],
+    ids=["grown", "in another order", "wider"],
+)
 def test_a_changed_structure_is_refused(tmp_path, text, other, named):
     """Built from other headers than Python's copy: a sentence when the library is opened, no call into it."""
     folder = copy(tmp_path)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """remap/chipwise/stock/mapped.py: who removes the memory of a map.  On blocks of this test's own, without HAL."""
+
 import ctypes as C
 import os
 

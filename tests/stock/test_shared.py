@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """remap/chipwise/stock/shared.py on a map in this process; tests/components/test_load_components.py has it in a HAL."""
+
 import numpy as np
 import pytest
 
@@ -21,7 +22,7 @@ def test_heights_are_those_of_the_core(stock):
     seen = SharedStock(memoryview(stock._block)).snapshot()
     assert (seen.low, seen.high, seen.cell, seen.exact) == (LOW, HIGH, CELL, True)
     assert seen.heights.shape == (40, 60)
-    left = (seen.heights - LOW[2]).sum() * CELL ** 2
+    left = (seen.heights - LOW[2]).sum() * CELL**2
     assert left == pytest.approx(stock.volume(), rel=1e-9)
     assert left == pytest.approx(30 * 20 * 10 - seen.removed, rel=1e-9)
     assert seen.heights.max() == pytest.approx(HIGH[2]) and seen.heights.min() < -6.4
@@ -69,6 +70,7 @@ def test_with_a_fast_clock_it_waits_as_long_in_real_time(stock, monkeypatch, rea
 
 class Restless(SharedStock):
     """The tracker cuts between any two copies larger than `calm` rows."""
+
     calm = 0
 
     def _rows(self, head, first, count):
@@ -80,6 +82,7 @@ class Restless(SharedStock):
 
 def test_a_map_too_large_for_one_look_is_read_in_bands(stock, monkeypatch):
     from chipwise.stock import shared as module
+
     monkeypatch.setattr(module, "BAND_BYTES", 5 * 62 * 8)
     exact = SharedStock(memoryview(stock._block)).snapshot()
     restless = Restless(memoryview(stock._block))
@@ -103,6 +106,7 @@ def test_another_layout_is_refused(stock, field, value):
 
 # --- a head that says what is not so ----------------------------------------------------------------------------
 
+
 def test_a_head_larger_than_its_memory_is_refused(stock):
     stock.head.capacity = 1 << 31
     with pytest.raises(SharedStockError, match="do not fit"):
@@ -121,14 +125,25 @@ def test_too_short_a_memory_is_refused():
         SharedStock(memoryview(bytearray(50)))
 
 
-@pytest.mark.parametrize("field, value", [("nx", 1 << 30), ("ny", 1 << 30), ("ny", -1), ("cell", 0.0), ("cell", float("nan")),
-                                          ("coarsest", 9.0), ("finest", 0.01), ("nx", 2 ** 31 - 1)])
+@pytest.mark.parametrize(
+    "field, value",
+    [
+        ("nx", 1 << 30),
+        ("ny", 1 << 30),
+        ("ny", -1),
+        ("cell", 0.0),
+        ("cell", float("nan")),
+        ("coarsest", 9.0),
+        ("finest", 0.01),
+        ("nx", 2**31 - 1),
+    ],
+)
 def test_what_was_believed_once_counts(stock, field, value):
     """Another program changes the head after it has been checked."""
     shared = SharedStock(memoryview(stock._block))
     setattr(stock.head, field, value)
     if field == "ny":
-        stock.head.filled = 2 ** 31 - 1
+        stock.head.filled = 2**31 - 1
     for read in (shared.snapshot, shared.take):
         with pytest.raises(SharedStockError, match="another program has written"):
             read()
@@ -141,11 +156,17 @@ def test_random_heads_are_read_or_refused(stock):
     import random
 
     from support.random_cases import random_count, random_seed
+
     chance, good = random.Random(random_seed()), bytes(stock._block)
     for case in range(random_count(1500)):
         block = bytearray(good)
-        changes = [(chance.randrange(8, layout.Stock.removed.offset), chance.choice([0, 1, 127, 128, 255, chance.randrange(256)]))
-                   for _ in range(chance.randrange(1, 5))]
+        changes = [
+            (
+                chance.randrange(8, layout.Stock.removed.offset),
+                chance.choice([0, 1, 127, 128, 255, chance.randrange(256)]),
+            )
+            for _ in range(chance.randrange(1, 5))
+        ]
         late = chance.random() < 0.5
         try:
             shared = SharedStock(memoryview(block)) if late else None
@@ -156,5 +177,7 @@ def test_random_heads_are_read_or_refused(stock):
         except SharedStockError:
             continue
         except Exception as error:
-            raise AssertionError(f"CHIPWISE_SEED={random_seed()}, case {case}: {type(error).__name__}: {error}: {changes}") from error
+            raise AssertionError(
+                f"CHIPWISE_SEED={random_seed()}, case {case}: {type(error).__name__}: {error}: {changes}"
+            ) from error
         assert (seen is None) == (taken is None)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""remap/chipwise/stock/store.py: what is saved comes back, what is hostile does not; a write cut off leaves the old file."""
+"""remap/chipwise/stock/store.py: what is saved comes back, what is hostile does not; a write cut off leaves the old
+file."""
 
 import hashlib
 import json
@@ -42,13 +43,16 @@ def test_there_and_back(stock, taken, tmp_path):
     SharedStock(memoryview(other._block)).put(head, cells)
     assert other.volume() == stock.volume() and other.head.removed == stock.head.removed
     sound = core.library().chip_stock_sound
-    assert sound(other.address, CELL, CELL, other.head.capacity) and not sound(other.address, 2 * CELL, CELL, other.head.capacity)
+    assert sound(other.address, CELL, CELL, other.head.capacity) and not sound(
+        other.address, 2 * CELL, CELL, other.head.capacity
+    )
     other.head.ny += 1
     assert not sound(other.address, CELL, CELL, other.head.capacity)
     other.head.ny -= 1
-    tool, twin = core.Tool(6.0), core.Tool(6.0)         # and it is cut on as the first
-    assert core.Cutter(other, tool, (10.0, 20.0, -4.0)).to((24.0, 12.0, -9.0)) \
-        == core.Cutter(stock, twin, (10.0, 20.0, -4.0)).to((24.0, 12.0, -9.0))
+    tool, twin = core.Tool(6.0), core.Tool(6.0)  # and it is cut on as the first
+    assert core.Cutter(other, tool, (10.0, 20.0, -4.0)).to((24.0, 12.0, -9.0)) == core.Cutter(
+        stock, twin, (10.0, 20.0, -4.0)
+    ).to((24.0, 12.0, -9.0))
 
 
 def sealed(body):
@@ -57,8 +61,18 @@ def sealed(body):
 
 def forged(taken, cells=None, raw=None, **fields):
     """A file with a right checksum and what we like in it."""
-    head = dict(version=2, cell=CELL, low=LOW, high=HIGH, shape=0, nx=60, ny=40, removed=taken[0].removed,
-                half=(15.0, 10.0), turn=0.0)
+    head = dict(
+        version=2,
+        cell=CELL,
+        low=LOW,
+        high=HIGH,
+        shape=0,
+        nx=60,
+        ny=40,
+        removed=taken[0].removed,
+        half=(15.0, 10.0),
+        turn=0.0,
+    )
     head.update(fields)
     text = json.dumps({k: v for k, v in head.items() if v is not ...}).encode()
     raw = (taken[1] if cells is None else cells).tobytes() if raw is None else raw
@@ -70,23 +84,78 @@ def headed(taken, text):
     return sealed(store.MARK + struct.pack("<I", len(text)) + text + zlib.compress(taken[1].tobytes()))
 
 
-@pytest.mark.parametrize("text", [
-    b"[1]", b"1", b"null", b'"version"', b"", b"{}", b"[" * 4000, b'{"version": 1}', b'{"version": true}', b'{"version": 1.0}',
-    b'{"version": 2}', b'{"version": 2, "cell": NaN}', b"\xff\xfe", b'{"version": ' + b"1" * 4000 + b"}", b'{"cell": 1' + b"0" * 3900 + b', "version": 2}'],
-    ids=lambda text: repr(text[:20]))
+@pytest.mark.parametrize(
+    "text",
+    [
+        b"[1]",
+        b"1",
+        b"null",
+        b'"version"',
+        b"",
+        b"{}",
+        b"[" * 4000,
+        b'{"version": 1}',
+        b'{"version": true}',
+        b'{"version": 1.0}',
+        b'{"version": 2}',
+        b'{"version": 2, "cell": NaN}',
+        b"\xff\xfe",
+        b'{"version": ' + b"1" * 4000 + b"}",
+        b'{"cell": 1' + b"0" * 3900 + b', "version": 2}',
+    ],
+    ids=lambda text: repr(text[:20]),
+)
 def test_a_head_that_is_none(taken, text):
     with pytest.raises(store.StoreError) as caught:
         store.unpack(headed(taken, text))
     assert caught.value.reply in (reasons.BROKEN, reasons.OTHER_VERSION)
 
 
-VALUES = [0, 1, -1, 1.0, 0.5, 1e-12, 1e308, -0.0, 10 ** 400, 2 ** 63, True, None, "", "1", [], [1], {}, [0, 0, 0], [0, 0], [1e9] * 3, [None] * 3, [[]] * 3, 60, 40, 62, 25.0]
+VALUES = [
+    0,
+    1,
+    -1,
+    1.0,
+    0.5,
+    1e-12,
+    1e308,
+    -0.0,
+    10**400,
+    2**63,
+    True,
+    None,
+    "",
+    "1",
+    [],
+    [1],
+    {},
+    [0, 0, 0],
+    [0, 0],
+    [1e9] * 3,
+    [None] * 3,
+    [[]] * 3,
+    60,
+    40,
+    62,
+    25.0,
+]
 
 
 def test_random_heads(taken):
     """Every head with a right checksum is the one that was saved or is refused by name: no other exception."""
     chance, seed = random.Random(random_seed()), random_seed()
-    good = dict(version=2, cell=CELL, low=LOW, high=HIGH, shape=0, nx=60, ny=40, removed=taken[0].removed, half=(15.0, 10.0), turn=0.0)
+    good = dict(
+        version=2,
+        cell=CELL,
+        low=LOW,
+        high=HIGH,
+        shape=0,
+        nx=60,
+        ny=40,
+        removed=taken[0].removed,
+        half=(15.0, 10.0),
+        turn=0.0,
+    )
     kept = 0
     for case in range(random_count(3000)):
         head = dict(good)
@@ -95,8 +164,11 @@ def test_random_heads(taken):
             if chance.random() < 0.15:
                 head.pop(name, None)
             elif name in ("low", "high", "half") and chance.random() < 0.5:
-                head[name] = [chance.choice([*head.get(name, LOW), *VALUES]) for _ in range(chance.choice((2, 3, 3, 3, 4)))] \
-                    if isinstance(head.get(name, LOW), (list, tuple)) else chance.choice(VALUES)
+                head[name] = (
+                    [chance.choice([*head.get(name, LOW), *VALUES]) for _ in range(chance.choice((2, 3, 3, 3, 4)))]
+                    if isinstance(head.get(name, LOW), (list, tuple))
+                    else chance.choice(VALUES)
+                )
             else:
                 head[name] = chance.choice(VALUES)
         text = bytearray(json.dumps(head).encode())
@@ -108,7 +180,9 @@ def test_random_heads(taken):
             assert error.reply in reasons.REASONS, error
             continue
         except Exception as error:
-            raise AssertionError(f"CHIPWISE_SEED={seed}, case {case}: {type(error).__name__}: {error}: {bytes(text)!r}") from error
+            raise AssertionError(
+                f"CHIPWISE_SEED={seed}, case {case}: {type(error).__name__}: {error}: {bytes(text)!r}"
+            ) from error
         kept += 1
         assert (found.nx, found.ny) == (60, 40) and np.array_equal(cells, taken[1])
         other = core.Stock((0, 0, 0), (1, 1, 1), CELL, capacity=62 * 42)
@@ -128,7 +202,12 @@ def test_what_stands_where_remains_would_be(taken, tmp_path):
         os.utime(tmp_path / name, (1, 1), follow_symlinks=False)
     store.write(str(path), *taken)
     assert store.read(str(path))[0] == taken[0]
-    assert sorted(os.listdir(tmp_path)) == ["slot1.stock", "slot1.stock.x.new", "slot1.stock.y.new", "slot1.stock.z.new"]
+    assert sorted(os.listdir(tmp_path)) == [
+        "slot1.stock",
+        "slot1.stock.x.new",
+        "slot1.stock.y.new",
+        "slot1.stock.z.new",
+    ]
 
 
 def test_a_folder_where_the_file_should_be(taken, tmp_path):
@@ -159,31 +238,80 @@ def test_a_file_says_which_chipwise_wrote_it(taken):
         store.unpack(forged(taken, version=9, chipwise="7.1"))
 
 
-@pytest.mark.parametrize("what", [
-    dict(version=1), dict(version="1; rm"), dict(version=None)])
+@pytest.mark.parametrize("what", [dict(version=1), dict(version="1; rm"), dict(version=None)])
 def test_another_version(taken, what):
     with pytest.raises(store.StoreError) as caught:
         store.unpack(forged(taken, **what))
     assert caught.value.reply == reasons.OTHER_VERSION
 
 
-@pytest.mark.parametrize("what", [
-    dict(nx=61), dict(nx=-60), dict(nx=60.0), dict(nx=1 << 40, ny=1 << 40), dict(cell=0), dict(cell=-0.5), dict(cell=float("nan")),
-    dict(cell="0.5"[:0]), dict(high=LOW), dict(high=[1e308] * 3), dict(low=[0, 0]), dict(low=5), dict(removed=-1),
-    dict(removed=float("inf")), dict(shape=7), dict(shape=[]), dict(extra=1), dict(chipwise=4), dict(chipwise=None), dict(chipwise="4; rm -rf"), dict(chipwise="4" * 33), dict(low=...), dict(version=...),
-    dict(raw=b""), dict(raw=b"\0" * (1 << 24)), dict(cell=10 ** 400), dict(cell=True), dict(cell=1e-12), dict(cell=1e9), dict(shape=1.0),
-    dict(shape=True), dict(shape=10 ** 30), dict(nx=True), dict(nx=10 ** 300), dict(removed=10 ** 400), dict(removed=None), dict(removed="0"),
-    dict(low=[10 ** 400, 0, 0]), dict(low="abc"), dict(low=[[0], 0, 0]), dict(low={"0": 1}), dict(low=[True, 10.0, -12.0]),
-    dict(high=[25.0, 30.0, -12.0 + 1e-9]), dict(low=[-1e300, 10.0, -12.0]), dict(half=15.0), dict(half=[15.0, 10.0, 1.0]),
-    dict(half=[15.0, True]), dict(half=[10 ** 400, 1]), dict(turn=None), dict(turn=10 ** 400), dict(turn=1e300), dict(turn=0.3)])
+@pytest.mark.parametrize(
+    "what",
+    [
+        dict(nx=61),
+        dict(nx=-60),
+        dict(nx=60.0),
+        dict(nx=1 << 40, ny=1 << 40),
+        dict(cell=0),
+        dict(cell=-0.5),
+        dict(cell=float("nan")),
+        dict(cell="0.5"[:0]),
+        dict(high=LOW),
+        dict(high=[1e308] * 3),
+        dict(low=[0, 0]),
+        dict(low=5),
+        dict(removed=-1),
+        dict(removed=float("inf")),
+        dict(shape=7),
+        dict(shape=[]),
+        dict(extra=1),
+        dict(chipwise=4),
+        dict(chipwise=None),
+        dict(chipwise="4; rm -rf"),
+        dict(chipwise="4" * 33),
+        dict(low=...),
+        dict(version=...),
+        dict(raw=b""),
+        dict(raw=b"\0" * (1 << 24)),
+        dict(cell=10**400),
+        dict(cell=True),
+        dict(cell=1e-12),
+        dict(cell=1e9),
+        dict(shape=1.0),
+        dict(shape=True),
+        dict(shape=10**30),
+        dict(nx=True),
+        dict(nx=10**300),
+        dict(removed=10**400),
+        dict(removed=None),
+        dict(removed="0"),
+        dict(low=[10**400, 0, 0]),
+        dict(low="abc"),
+        dict(low=[[0], 0, 0]),
+        dict(low={"0": 1}),
+        dict(low=[True, 10.0, -12.0]),
+        dict(high=[25.0, 30.0, -12.0 + 1e-9]),
+        dict(low=[-1e300, 10.0, -12.0]),
+        dict(half=15.0),
+        dict(half=[15.0, 10.0, 1.0]),
+        dict(half=[15.0, True]),
+        dict(half=[10**400, 1]),
+        dict(turn=None),
+        dict(turn=10**400),
+        dict(turn=1e300),
+        dict(turn=0.3),
+    ],
+)
 def test_a_hostile_head(taken, what):
     with pytest.raises(store.StoreError) as caught:
         store.unpack(forged(taken, **what))
     assert caught.value.reply in (reasons.BROKEN, reasons.TOO_LARGE)
 
 
-@pytest.mark.parametrize("values", [
-    dict(top=np.nan), dict(top=np.inf), dict(top=5.0), dict(top=-99.0), dict(cut=0, drop=7), dict(cut=65535, drop=7)])
+@pytest.mark.parametrize(
+    "values",
+    [dict(top=np.nan), dict(top=np.inf), dict(top=5.0), dict(top=-99.0), dict(cut=0, drop=7), dict(cut=65535, drop=7)],
+)
 def test_a_hostile_cell(taken, values):
     with pytest.raises(store.StoreError, match="cells that cannot be"):
         store.unpack(forged(taken, cells=with_cell(taken, **values)))
@@ -204,7 +332,7 @@ def test_every_length_and_every_bit(taken):
             store.unpack(data[:length])
     for place in range(0, len(data), max(1, len(data) // 200)):
         with pytest.raises(store.StoreError):
-            store.unpack(data[:place] + bytes([data[place] ^ 4]) + data[place + 1:])
+            store.unpack(data[:place] + bytes([data[place] ^ 4]) + data[place + 1 :])
     with pytest.raises(store.StoreError):
         store.unpack(data + b"\0")
 
@@ -229,6 +357,7 @@ def test_a_write_cut_off_leaves_the_old_file(taken, tmp_path, monkeypatch, step)
 
     def full(*_arguments, **_names):
         raise OSError(28, "No space left on device")
+
     if step == "write":
         monkeypatch.setattr(store, "pack", full)
     else:
@@ -249,6 +378,7 @@ def test_a_killed_writer_leaves_the_old_file(taken, tmp_path):
             while True:
                 store.write(path, *taken)
         import time
+
         time.sleep(delay)
         os.kill(child, 9)
         os.waitpid(child, 0)

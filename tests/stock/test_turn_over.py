@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A stock that is turned over: what is left of random two-sided parts, against the exact shapes, which share nothing with the product."""
+"""A stock that is turned over: what is left of random two-sided parts, against the exact shapes, which share nothing
+with the product."""
+
 import errno
 import os
 
@@ -15,12 +17,13 @@ from chipwise.stock.shared import SharedStock, mean_heights
 from support.random_cases import random_count, random_seed
 
 CASES = 50
-FINE = 5                    # samples along a cell's side
-SAME_MM = 2e-3              # of a height: drop has steps of 1/32767 of the thickness, rim cells of 1/1023
+FINE = 5  # samples along a cell's side
+SAME_MM = 2e-3  # of a height: drop has steps of 1/32767 of the thickness, rim cells of 1/1023
 
 
 class Part:
-    """A blank of any size, cut by random slots of flat tools, some through it, on both sides; exact: as sampled columns."""
+    """A blank of any size, cut by random slots of flat tools, some through it, on both sides; exact: as sampled
+    columns."""
 
     def __init__(self, seed):
         rng = np.random.default_rng(seed)
@@ -31,14 +34,22 @@ class Part:
         self.corner = rng.uniform(-300.0, 300.0, 3)
         self.round = rng.random() < 0.25
         thick = self.high[2] - self.low[2]
-        self.first = [self.slot(rng, self.low, thick * (rng.choice([1.02, rng.uniform(0.1, 0.95)]))) for _ in range(rng.integers(3, 8))]
+        self.first = [
+            self.slot(rng, self.low, thick * (rng.choice([1.02, rng.uniform(0.1, 0.95)])))
+            for _ in range(rng.integers(3, 8))
+        ]
         # the whole top is faced in part of the cases: the new bottom is higher then
-        self.second = [self.slot(rng, (*self.corner[:2], self.corner[2] - thick), thick * rng.uniform(0.05, 1.0)) for _ in range(rng.integers(2, 6))]
+        self.second = [
+            self.slot(rng, (*self.corner[:2], self.corner[2] - thick), thick * rng.uniform(0.05, 1.0))
+            for _ in range(rng.integers(2, 6))
+        ]
 
     def slot(self, rng, low, deep):
         """(start, end, radius): a level cut, its Z `deep` below the top."""
         size = self.high - self.low
-        ends = [[*(np.asarray(low[:2]) + rng.uniform(-0.1, 1.1, 2) * size[:2]), low[2] + size[2] - deep] for _ in range(2)]
+        ends = [
+            [*(np.asarray(low[:2]) + rng.uniform(-0.1, 1.1, 2) * size[:2]), low[2] + size[2] - deep] for _ in range(2)
+        ]
         return np.array(ends[0]), np.array(ends[1]), float(rng.uniform(1.0, 4.0))
 
     def cut(self, stock, slots):
@@ -51,12 +62,18 @@ class Part:
         for start, end, radius in slots:
             along = end[:2] - start[:2]
             t = np.clip(((x - start[0]) * along[0] + (y - start[1]) * along[1]) / max(along @ along, 1e-12), 0.0, 1.0)
-            height = np.where(np.hypot(x - start[0] - t * along[0], y - start[1] - t * along[1]) <= radius, np.minimum(height, start[2]), height)
+            height = np.where(
+                np.hypot(x - start[0] - t * along[0], y - start[1] - t * along[1]) <= radius,
+                np.minimum(height, start[2]),
+                height,
+            )
         return height
 
     def first_side(self, x, y):
         """Heights of side one above its bottom; 0 outside of the blank and where it is cut through."""
-        return np.where(self.in_blank(x, y), np.maximum(self.left(self.first, x, y, self.high[2]) - self.low[2], 0.0), 0.0)
+        return np.where(
+            self.in_blank(x, y), np.maximum(self.left(self.first, x, y, self.high[2]) - self.low[2], 0.0), 0.0
+        )
 
     def in_blank(self, x, y):
         middle, half = (self.low + self.high) / 2, (self.high - self.low) / 2
@@ -70,7 +87,8 @@ class Part:
         return self.high[0] - (x - self.corner[0]), self.low[1] + y - self.corner[1]
 
     def exact(self, x, y):
-        """(thickness of side one there, height after side two, bottom of the material there) at places as the part lies now."""
+        """(thickness of side one there, height after side two, bottom of the material there) at places as the part lies
+        now."""
         thick = self.first_side(*self.before(x, y))
         return thick, self.left(self.second, x, y, self.corner[2]), self.corner[2] - thick
 
@@ -100,28 +118,36 @@ def on_a_map(head, cells):
 
 def windows(value, head):
     """Samples of a cell and of those around it, for each cell: (ny, nx, 3 FINE, 3 FINE)."""
-    return np.lib.stride_tricks.sliding_window_view(value, (3 * FINE, 3 * FINE))[::FINE, ::FINE][:head.ny, :head.nx]
+    return np.lib.stride_tricks.sliding_window_view(value, (3 * FINE, 3 * FINE))[::FINE, ::FINE][: head.ny, : head.nx]
 
 
 def judged(part, turned):
-    """Cut side two on the turned stock -> (mm below the truth anywhere, mm off it where a map can hold it, share of such cells, exact volume, found volume)."""
+    """Cut side two on the turned stock -> (mm below the truth anywhere, mm off it where a map can hold it, share of
+    such cells, exact volume, found volume)."""
     head, cells = turned
     stock = on_a_map(head, cells)
     part.cut(stock, part.second)
     found = mean_heights(stock.cells, stock.head)
-    # the exact columns of the map and a ring of cells round it: "within a cell" is between the least and the most of a cell and its neighbours
+    # the exact columns of the map and a ring of cells round it: "within a cell" is between the least and the most of a
+    # cell and its neighbours
     steps = (np.arange(-FINE, (max(head.nx, head.ny) + 1) * FINE) + 0.5) * head.cell / FINE
-    x, y = np.meshgrid(head.low[0] + steps[:(head.nx + 2) * FINE], head.low[1] + steps[:(head.ny + 2) * FINE])
+    x, y = np.meshgrid(head.low[0] + steps[: (head.nx + 2) * FINE], head.low[1] + steps[: (head.ny + 2) * FINE])
     thick, top, bottom = part.exact(x, y)
     floor = head.low[2]
-    rest = np.where(thick > 0, np.maximum(top, floor), floor)               # as high as a height map has it: undercuts count
+    rest = np.where(thick > 0, np.maximum(top, floor), floor)  # as high as a height map has it: undercuts count
     # it cannot hold a place that is cut from both sides, nor a cell with the walls of two cuts: a cell has one wall
     walls = sum(np.ptp(windows(inside.astype(np.int8), head), axis=(2, 3)) for inside in part.walls(x, y))
     can = (walls < 2) & windows((thick == 0) | (top > bottom), head).all(axis=(2, 3))
     least, most = windows(rest, head).min(axis=(2, 3)), windows(rest, head).max(axis=(2, 3))
     below, above = np.maximum(least - found, 0.0), np.maximum(found - most, 0.0)
     volume = float((rest - floor)[FINE:-FINE, FINE:-FINE].sum() * (head.cell / FINE) ** 2)
-    return float(below.max()), float(np.maximum(below, above)[can].max(initial=0.0)), float(can.mean()), volume, stock.volume()
+    return (
+        float(below.max()),
+        float(np.maximum(below, above)[can].max(initial=0.0)),
+        float(can.mean()),
+        volume,
+        stock.volume(),
+    )
 
 
 @pytest.mark.parametrize("k", range(random_count(CASES)))
@@ -148,7 +174,8 @@ def test_the_judge_sees_a_stock_that_is_turned_wrongly(wrong):
 
 
 def test_a_turned_box_and_an_allowance():
-    """The box of a rotated work offset becomes empty cells; the allowance lies outside of the touched corner, at the sides and below."""
+    """The box of a rotated work offset becomes empty cells; the allowance lies outside of the touched corner, at the
+    sides and below."""
     stock = core.Stock((0.0, 0.0, 0.0), (20.0, 10.0, 5.0), 0.5, turn=0.4)
     taken = SharedStock(memoryview(stock._block)).take()
     head, cells = turn_over.turned_over(*taken, "X", (100.0, 50.0, 7.0), 0.5)
@@ -188,25 +215,44 @@ def turn(machine, *arguments, ini=True):
 
 def test_the_command(machine, capsys):
     before = turn(machine, "9", "-o", "2", "--about", "x", "--corner", 0, 0, 0)[1]
-    assert "slot9.stock does not exist; save a stock with M253" in capsys.readouterr().err and list(before) == ["slot1.stock"]
+    assert "slot9.stock does not exist; save a stock with M253" in capsys.readouterr().err and list(before) == [
+        "slot1.stock"
+    ]
     status, after = turn(machine, "1", "-o", "2", "--about", "x", "--corner", 100, 50, 30, "--json", machine / "f.json")
     said = capsys.readouterr()
-    assert status == 0 and after["slot1.stock"] == before["slot1.stock"] and "pockets of side one count as stock" in said.out, said
+    assert (
+        status == 0
+        and after["slot1.stock"] == before["slot1.stock"]
+        and "pockets of side one count as stock" in said.out
+    ), said
     head, cells = store.read(str(machine / "stock" / "slot2.stock"))
     assert head.low == (99.5, 49.5, 25.0) and head.high == (119.5, 59.5, 30.0)
     found = mean_heights(cells[1:-1, 1:-1], on_a_map(head, cells).head)
     assert found[int((10 - 3) / 0.5), int(6 / 0.5)] == 25.0 and found[int(3 / 0.5), int(6 / 0.5)] == 30.0
 
 
-@pytest.mark.parametrize("arguments, words", [
-    (("1", "-o", "2", "--about", "X"), "where the part lies now is not known; touch a corner and give --corner X Y Z"),
-    (("1", "-o", "2", "--about", "Z", "--corner", 0, 0, 0), "invalid choice: 'Z'"),
-    (("1", "-o", "1", "--about", "X", "--corner", 0, 0, 0), "is the stock of side one itself; name another file"),
-    (("1", "-o", "12", "--about", "X", "--corner", 0, 0, 0), "12 is neither FILE.stock nor a slot from 0 to 9"),
-    (("1", "-o", "2", "--about", "X", "--corner", 0, 0, "nan"), "--corner 0 0 nan is not from -100000 to 100000"),
-    (("1", "-o", "2", "--about", "X", "--corner", 0, 0, 0, "--allowance", -1), "--allowance -1 is not from 0 to 100"),
-    (("m.ini", "-o", "2", "--about", "X", "--corner", 0, 0, 0), "does not begin as a stock file"),
-    (("1", "-o", "no/such/a.stock", "--about", "X", "--corner", 0, 0, 0), "there is no folder no/such; make it, or use another one")])
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        (
+            ("1", "-o", "2", "--about", "X"),
+            "where the part lies now is not known; touch a corner and give --corner X Y Z",
+        ),
+        (("1", "-o", "2", "--about", "Z", "--corner", 0, 0, 0), "invalid choice: 'Z'"),
+        (("1", "-o", "1", "--about", "X", "--corner", 0, 0, 0), "is the stock of side one itself; name another file"),
+        (("1", "-o", "12", "--about", "X", "--corner", 0, 0, 0), "12 is neither FILE.stock nor a slot from 0 to 9"),
+        (("1", "-o", "2", "--about", "X", "--corner", 0, 0, "nan"), "--corner 0 0 nan is not from -100000 to 100000"),
+        (
+            ("1", "-o", "2", "--about", "X", "--corner", 0, 0, 0, "--allowance", -1),
+            "--allowance -1 is not from 0 to 100",
+        ),
+        (("m.ini", "-o", "2", "--about", "X", "--corner", 0, 0, 0), "does not begin as a stock file"),
+        (
+            ("1", "-o", "no/such/a.stock", "--about", "X", "--corner", 0, 0, 0),
+            "there is no folder no/such; make it, or use another one",
+        ),
+    ],
+)
 def test_what_is_refused(machine, monkeypatch, capsys, arguments, words):
     monkeypatch.chdir(machine)
     status, after = turn(machine, *arguments)
@@ -226,7 +272,22 @@ def test_a_slot_without_a_machine(machine, monkeypatch, capsys):
     monkeypatch.delenv("INI_FILE_NAME", raising=False)
     assert turn(machine, "1", "-o", machine / "a.stock", "--about", "X", "--corner", 0, 0, 0, ini=False)[0] == 2
     assert "slot 1 is that of a machine; use --ini INI" in capsys.readouterr().err
-    assert turn(machine, machine / "stock" / "slot1.stock", "-o", machine / "a.stock", "--about", "X", "--corner", 0, 0, 0, ini=False)[0] == 0
+    assert (
+        turn(
+            machine,
+            machine / "stock" / "slot1.stock",
+            "-o",
+            machine / "a.stock",
+            "--about",
+            "X",
+            "--corner",
+            0,
+            0,
+            0,
+            ini=False,
+        )[0]
+        == 0
+    )
 
 
 def test_a_full_disk_leaves_the_old_files(machine, monkeypatch, capsys):
@@ -234,6 +295,7 @@ def test_a_full_disk_leaves_the_old_files(machine, monkeypatch, capsys):
 
     def full(*_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
     monkeypatch.setattr(files.os, "fsync", full)
     before = {name: (machine / "stock" / name).read_bytes() for name in ("slot1.stock", "slot2.stock")}
     status, after = turn(machine, "1", "-o", "2", "--about", "X", "--corner", 0, 0, 0)
@@ -242,7 +304,10 @@ def test_a_full_disk_leaves_the_old_files(machine, monkeypatch, capsys):
 
 def asked(machine, **words):
     """What M254 P1 R180 H1 I100 J50 K30 gives, or so many words changed."""
-    turn_request.write(str(machine / "stock"), turn_request.TurnRequest(**{"slot": 1, "about": "X", "corner": (100.0, 50.0, 30.0), "allowance": 0.5, **words}))
+    turn_request.write(
+        str(machine / "stock"),
+        turn_request.TurnRequest(**{"slot": 1, "about": "X", "corner": (100.0, 50.0, 30.0), "allowance": 0.5, **words}),
+    )
     return turn_over.asked(str(machine / "stock" / turn_request.NAME), 1_000_000)
 
 
@@ -250,14 +315,19 @@ def test_a_request_of_m254(machine):
     """The same as the command; no slot is written."""
     before = (machine / "stock" / "slot1.stock").read_bytes()
     head, cells = asked(machine)
-    assert sorted(os.listdir(machine / "stock")) == ["slot1.stock", turn_request.NAME] and (machine / "stock" / "slot1.stock").read_bytes() == before
+    assert (
+        sorted(os.listdir(machine / "stock")) == ["slot1.stock", turn_request.NAME]
+        and (machine / "stock" / "slot1.stock").read_bytes() == before
+    )
     assert turn(machine, "1", "-o", "2", "--about", "x", "--corner", 100, 50, 30)[0] == 0
     of_command = store.read(str(machine / "stock" / "slot2.stock"))
     assert head == of_command[0] and np.array_equal(cells, of_command[1])
     assert not np.array_equal(cells, asked(machine, about="Y")[1])
 
 
-@pytest.mark.parametrize("words, reply", [({"slot": 2}, reasons.NO_FILE), ({"corner": (1e6, 0.0, 0.0)}, reasons.TOO_FAR)])
+@pytest.mark.parametrize(
+    "words, reply", [({"slot": 2}, reasons.NO_FILE), ({"corner": (1e6, 0.0, 0.0)}, reasons.TOO_FAR)]
+)
 def test_a_request_that_cannot_be_served(machine, words, reply):
     with pytest.raises(store.StoreError) as caught:
         asked(machine, **words)
@@ -276,9 +346,27 @@ def test_a_request_for_a_stock_that_is_cut_away(machine):
 GOOD = '{"slot": 1, "about": "X", "corner": [0, 0, 0], "allowance": 0}'
 
 
-@pytest.mark.parametrize("text", ["", "[]", "null", "[" * 4000, GOOD.replace("1", "10"), GOOD.replace("1", "true"), GOOD.replace("X", "Z"), GOOD[:-1],
-                                  GOOD.replace('"X"', "[]"), GOOD.replace("[0,", "[NaN,"), GOOD.replace("[0,", "[1e9,"), GOOD.replace("[0,", "["),
-                                  GOOD.replace("[0,", '["0x",'), GOOD.replace("slot", "slots"), GOOD.replace('ce": 0', 'ce": -1'), GOOD.replace('ce": 0', 'ce": 1e3')])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[]",
+        "null",
+        "[" * 4000,
+        GOOD.replace("1", "10"),
+        GOOD.replace("1", "true"),
+        GOOD.replace("X", "Z"),
+        GOOD[:-1],
+        GOOD.replace('"X"', "[]"),
+        GOOD.replace("[0,", "[NaN,"),
+        GOOD.replace("[0,", "[1e9,"),
+        GOOD.replace("[0,", "["),
+        GOOD.replace("[0,", '["0x",'),
+        GOOD.replace("slot", "slots"),
+        GOOD.replace('ce": 0', 'ce": -1'),
+        GOOD.replace('ce": 0', 'ce": 1e3'),
+    ],
+)
 def test_a_damaged_request(machine, text):
     path = machine / "stock" / turn_request.NAME
     path.write_text(GOOD)

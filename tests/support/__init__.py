@@ -5,6 +5,7 @@ Imported as `support.NAME` with tests/ and remap/ on sys.path: pytest.ini does t
 benchmarks, tools/judge for the judges that are run by hand.  Nothing here is collected as a test, no test imports
 another test, and tests and benchmarks import nothing from each other.
 """
+
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A network between two sandboxes that loses, doubles, delays (so reorders) and damages datagrams, seeded.
 
-Each sandbox has a network of its own and lends a socket of it (lend_socket): what arrives at the first one goes out of the second.
+Each sandbox has a network of its own and lends a socket of it (lend_socket): what arrives at the first one goes out of
+the second.
 """
+
 import collections
 import random
 import select
@@ -12,8 +14,8 @@ import time
 
 
 class BadNetwork(threading.Thread):
-    """Carries from the socket lent at `folder`/in to `port` of the sandbox whose socket is lent at `folder`/out; shares of the
-    datagrams are 0..1.  counts: what it has done."""
+    """Carries from the socket lent at `folder`/in to `port` of the sandbox whose socket is lent at `folder`/out; shares
+    of the datagrams are 0..1.  counts: what it has done."""
 
     def __init__(self, folder, port, seed, lost=0.0, doubled=0.0, delayed=0.0, damaged=0.0, delay_s=0.005):
         super().__init__(daemon=True)
@@ -51,7 +53,7 @@ class BadNetwork(threading.Thread):
             return
         if "damaged" in done:
             place = self.random.randrange(len(datagram))
-            datagram = datagram[:place] + bytes([datagram[place] ^ 16]) + datagram[place + 1:]
+            datagram = datagram[:place] + bytes([datagram[place] ^ 16]) + datagram[place + 1 :]
         if "delayed" in done:
             self.waiting.append((time.monotonic() + self.delay_s, datagram))
         else:

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A pocket that something was cut of before, and the verdict on P4 in it.
 
-The stock is the map of the C core, cut move by move.  The verdict does not read it: the columns of pocket_oracle.py and the engagement of
-judge_engagement.c are those of both tools' paths.  Lengths mm, angles degrees.
+The stock is the map of the C core, cut move by move.  The verdict does not read it: the columns of pocket_oracle.py and
+the engagement of judge_engagement.c are those of both tools' paths.  Lengths mm, angles degrees.
 """
+
 import math
 from dataclasses import replace
 
@@ -17,9 +18,9 @@ from chipwise.stock.store import head_of
 from support import engagement_judge, engagement_verdict, hole_oracle, pocket_oracle
 from support.pocket_judge import case_of
 
-AROUND = 20.0                   # mm of stock about what is cut
-CHORD = 0.1                     # mm, of arcs on the map
-SHORT = 100.0                   # mm in stock: one per cent of less is less than a corner takes, so that the 99 % say nothing
+AROUND = 20.0  # mm of stock about what is cut
+CHORD = 0.1  # mm, of arcs on the map
+SHORT = 100.0  # mm in stock: one per cent of less is less than a corner takes, so that the 99 % say nothing
 
 
 def place(origin=(0.0, 0.0, 0.0), turn=0.0):
@@ -60,11 +61,14 @@ def begun(request, moves, radius, where=None, cell=0.25):
 
 def length(moves):
     """mm at the feed"""
-    return sum(e.radius * abs(e.sweep[1]) if e.kind == "arc" else math.dist(e.a, e.b) for e in moves if e.kind != "rapid")
+    return sum(
+        e.radius * abs(e.sweep[1]) if e.kind == "arc" else math.dist(e.a, e.b) for e in moves if e.kind != "rapid"
+    )
 
 
 def as_the_smaller(moves, level, larger, smaller):
-    """Pieces (n, 7) along which the smaller tool clears what the larger has cleared at a level: its path, both sides of that, and a circle about each of its ends."""
+    """Pieces (n, 7) along which the smaller tool clears what the larger has cleared at a level: its path, both sides of
+    that, and a circle about each of its ends."""
     more, rows = larger - smaller, []
     for e in moves:
         if e.kind == "rapid" or max(e.a[2], e.b[2]) > level + 1e-4:
@@ -75,7 +79,11 @@ def as_the_smaller(moves, level, larger, smaller):
         if e.kind == "arc":
             out, centre = (a - e.centre, b - e.centre), np.array(e.centre)
             shares = [1.0 + k * more / e.radius for k in (-1, 0, 1)] if more > 0.0 else [1.0]
-            rows += [(*(centre + share * out[0]), *(centre + share * out[1]), *centre, e.sweep[1]) for share in shares if share > 1e-6]
+            rows += [
+                (*(centre + share * out[0]), *(centre + share * out[1]), *centre, e.sweep[1])
+                for share in shares
+                if share > 1e-6
+            ]
         elif math.dist(a, b) > 0.0:
             side = more * np.array((a[1] - b[1], b[0] - a[0])) / math.dist(a, b)
             rows += [(*(a + k * side), *(b + k * side), 0.0, 0.0, 0.0) for k in ((-1, 0, 1) if more > 0.0 else (0,))]
@@ -87,7 +95,10 @@ def verdict(request, before, radius, seed=0, count=4000):
     case, plan = case_of(request), cycle.pocket_plan(request)
     moves = hole_oracle.walk(plan.moves, request.start)
     notes = [note[0] for note in plan.notes]
-    found = engagement_verdict.Verdict(named=any(text.startswith("P4 cannot keep") for text in notes), corners_named=any(text.startswith("the engagement is above") for text in notes))
+    found = engagement_verdict.Verdict(
+        named=any(text.startswith("P4 cannot keep") for text in notes),
+        corners_named=any(text.startswith("the engagement is above") for text in notes),
+    )
     stock = pocket_oracle.Stock(case, np.random.default_rng([seed, 79]), count)
     stock.case = replace(case, radius=radius)
     stock.run(before)
@@ -95,10 +106,22 @@ def verdict(request, before, radius, seed=0, count=4000):
     found.faults += [f"rapid {number} meets {depth:.3g} mm of stock" for number, depth in stock.run(moves)[:1]]
     found.faults += [f"residue at {p}" for p in _wide_rest(stock, before, radius, moves)[:1]]
     if any(e.kind != "rapid" for e in moves):
-        found.faults += [f"gouge {deep:.3g} mm" for deep in (pocket_oracle.gouge(case, moves),) if deep > pocket_oracle.TOLERANCE]
-        found.faults += [f"move {n}: {what}" for n, what in pocket_oracle.entries(moves, request.ramp_angle, cycle.GAP_MM, plan.plunges, stock.plunged)[:1]]
-        first, (own, judged) = as_the_smaller(before, case.floor, radius, case.radius), engagement_verdict.pieces(moves, case.floor)
-        rows = engagement_judge.exact(np.concatenate((first, own)), np.concatenate((np.zeros(len(first), bool), judged)), case.radius)
+        found.faults += [
+            f"gouge {deep:.3g} mm" for deep in (pocket_oracle.gouge(case, moves),) if deep > pocket_oracle.TOLERANCE
+        ]
+        found.faults += [
+            f"move {n}: {what}"
+            for n, what in pocket_oracle.entries(moves, request.ramp_angle, cycle.GAP_MM, plan.plunges, stock.plunged)[
+                :1
+            ]
+        ]
+        first, (own, judged) = (
+            as_the_smaller(before, case.floor, radius, case.radius),
+            engagement_verdict.pieces(moves, case.floor),
+        )
+        rows = engagement_judge.exact(
+            np.concatenate((first, own)), np.concatenate((np.zeros(len(first), bool), judged)), case.radius
+        )
         engagement_verdict.angles(found, case, rows, math.degrees(math.acos(1.0 - request.step / request.tool_radius)))
         if engagement_judge.Engagement(rows).length(engagement_judge.AIR) < SHORT:
             found.faults = [text for text in found.faults if not text.startswith("99 %")]

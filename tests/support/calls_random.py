@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Random programs with subs, loops, conditions, parameters and modes.  Used by tests/rewrite/test_rewrite_calls.py.
 
-Lengths are small multiples of the unit in force, arcs are quarter circles in G91 or whole circles, so every program is valid.
+Lengths are small multiples of the unit in force, arcs are quarter circles in G91 or whole circles, so every program is
+valid.
 """
+
 import random
 
 HEAD = "G21 G90 G17 G40 G49 G80 G94 G64 P0.01\n"
@@ -40,8 +42,16 @@ class Maker:
 
     def value(self):
         r = self.r
-        return r.choice([f"{r.uniform(-9, 9):.3f}", f"[{r.randint(1, 9)}/4]", "#31", "#<_g>", f"[#31*{r.randint(1, 3)}+#<_g>]",
-                         f"[sin[{r.randint(1, 90)}]*5]"])
+        return r.choice(
+            [
+                f"{r.uniform(-9, 9):.3f}",
+                f"[{r.randint(1, 9)}/4]",
+                "#31",
+                "#<_g>",
+                f"[#31*{r.randint(1, 3)}+#<_g>]",
+                f"[sin[{r.randint(1, 90)}]*5]",
+            ]
+        )
 
     def _item(self, level):
         """Lines of one thing that a program does."""
@@ -55,7 +65,11 @@ class Maker:
     def _move(self, _level):
         r = self.r
         words = [a + self.value() for a in r.sample("XYZ", r.randint(1, 3))]
-        line = r.choice(["G0 ", "G1 ", "", "G1 "]) + " ".join(words) + r.choice(["", "", f" F{r.randint(50, 500)}", " F[50*#31+60]"])
+        line = (
+            r.choice(["G0 ", "G1 ", "", "G1 "])
+            + " ".join(words)
+            + r.choice(["", "", f" F{r.randint(50, 500)}", " F[50*#31+60]"])
+        )
         line += r.choice(["", "", "", " M8", f" (note {r.randint(1, 9)})", " S[100*#<_g>]"])
         return [r.choice(["", f"N{r.randint(1, 99)} "]) + ("G1 " if line[0] not in "G" else "") + line]
 
@@ -63,20 +77,71 @@ class Maker:
         r, radius = self.r, self.r.choice(["2", "3.5", "[1+1]"])
         a, b, i, g = r.choice([("X", "Y", "I", "G17"), ("X", "Z", "I", "G18"), ("Y", "Z", "J", "G19")])
         turn, ahead = (2, 1) if g != "G18" else (3, 1)
-        return [g, f"G91 G{turn} {a}{radius} {b}{radius if ahead > 0 else ''} {i}{radius}", r.choice(["G90", "G90", "G91 G1 X1", "G90 G17"]),
-                *(["G90"] if r.random() < 0.5 else [])]
+        return [
+            g,
+            f"G91 G{turn} {a}{radius} {b}{radius if ahead > 0 else ''} {i}{radius}",
+            r.choice(["G90", "G90", "G91 G1 X1", "G90 G17"]),
+            *(["G90"] if r.random() < 0.5 else []),
+        ]
 
     def _code(self, _level):
         r = self.r
-        return [r.choice(["M8", "M9", "M7", "S[200+100*#31] M3", "M62 P1", "M63 P[0+1]", "M67 E1 Q[#31/2]", "G4 P0.1", "(MSG, hello)",
-                          "(DEBUG, g is #<_g>)", "G61", "G64 P0.02", "G54", "G55", "G20", "G21", "G10 L2 P2 X[1+#31] Y2 Z1", "G92 X1 Y[#31]",
-                          "G92.1", "G90", "G91", "M5", "M3 S900 (MSG, on)", "G43 H1", "G49", "G98", "G99", "G17", "G0 X1 M9", "M48",
-                          "G53 G0 Z30", "G91 G28 Z3", "T2 M6", "G40"])]
+        return [
+            r.choice(
+                [
+                    "M8",
+                    "M9",
+                    "M7",
+                    "S[200+100*#31] M3",
+                    "M62 P1",
+                    "M63 P[0+1]",
+                    "M67 E1 Q[#31/2]",
+                    "G4 P0.1",
+                    "(MSG, hello)",
+                    "(DEBUG, g is #<_g>)",
+                    "G61",
+                    "G64 P0.02",
+                    "G54",
+                    "G55",
+                    "G20",
+                    "G21",
+                    "G10 L2 P2 X[1+#31] Y2 Z1",
+                    "G92 X1 Y[#31]",
+                    "G92.1",
+                    "G90",
+                    "G91",
+                    "M5",
+                    "M3 S900 (MSG, on)",
+                    "G43 H1",
+                    "G49",
+                    "G98",
+                    "G99",
+                    "G17",
+                    "G0 X1 M9",
+                    "M48",
+                    "G53 G0 Z30",
+                    "G91 G28 Z3",
+                    "T2 M6",
+                    "G40",
+                ]
+            )
+        ]
 
     def _assign(self, _level):
         r = self.r
-        return [r.choice(["#31=[#31+1]", "#<_g>=[#<_g>*1.5-1]", "#<own>=[7/3]", f"#{r.randint(40, 50)}={self.value()}", "#[60+1]=#31",
-                          "#<_new>=[#31-0.123456789]", "#31=1 #32=2"])]
+        return [
+            r.choice(
+                [
+                    "#31=[#31+1]",
+                    "#<_g>=[#<_g>*1.5-1]",
+                    "#<own>=[7/3]",
+                    f"#{r.randint(40, 50)}={self.value()}",
+                    "#[60+1]=#31",
+                    "#<_new>=[#31-0.123456789]",
+                    "#31=1 #32=2",
+                ]
+            )
+        ]
 
     def _cycle(self, _level):
         r = self.r
@@ -99,7 +164,13 @@ class Maker:
         if kind == 0:
             return [f"{name} repeat [{count}]", *body, f"{name} endrepeat"]
         if kind == 1:
-            return [f"{counter}=0", f"{name} while [{counter} LT {count}]", *body, f"{counter}=[{counter}+1]", f"{name} endwhile"]
+            return [
+                f"{counter}=0",
+                f"{name} while [{counter} LT {count}]",
+                *body,
+                f"{counter}=[{counter}+1]",
+                f"{name} endwhile",
+            ]
         return [f"{counter}=0", f"{name} do", *body, f"{counter}=[{counter}+1]", f"{name} while [{counter} LT {count}]"]
 
     def _condition(self, level):

@@ -4,7 +4,8 @@
 Two ways, each with a HOME of its own per run (rs274 empties ~/.tool.mmap, and parallel runs share it):
   run_rs274    the program rs274, as a user would call it.  4 decimals; the unit of its tool table differs between
                versions of LinuxCNC (chipwise.program.rs274), so tools are given in mm and written as it takes them.
-  run_preview  the interpreter of AXIS's preview (preview_probe.py): any machine unit, full doubles, modes, line numbers.
+  run_preview  the interpreter of AXIS's preview (preview_probe.py): any machine unit, full doubles, modes, line
+               numbers.
 Both give a Trace in machine coordinates (offsets, rotation and G92 applied), mm.
 """
 
@@ -26,7 +27,7 @@ from support.hole_oracle import Element
 
 PYTHON = "/usr/bin/python3"
 UNIT_MM = {"mm": 1.0, "in": 25.4}
-UPRIGHT_STEP = 0.002    # rad
+UPRIGHT_STEP = 0.002  # rad
 
 
 @dataclass
@@ -36,19 +37,19 @@ class Trace:
     elements: list = field(default_factory=list)
     feeds: list = field(default_factory=list)
     lines: list = field(default_factory=list)
-    comments: list = field(default_factory=list)   # (text, number of elements so far, modes)
-    error: str = ""         # without its line
+    comments: list = field(default_factory=list)  # (text, number of elements so far, modes)
+    error: str = ""  # without its line
     error_line: int = None  # the line it names
     output: str = ""
 
     def after(self, text):
         """The elements after a comment of the program."""
-        return self.elements[next(n for t, n, _ in self.comments if t == text):]
+        return self.elements[next(n for t, n, _ in self.comments if t == text) :]
 
     def between(self, first, second):
         """The elements between two comments."""
         places = {t: n for t, n, _ in self.comments}
-        return self.elements[places[first]:places[second]]
+        return self.elements[places[first] : places[second]]
 
     def modes(self, text):
         """(active G-codes without line and block, feed) at a comment; preview only."""
@@ -62,7 +63,7 @@ _LINE = re.compile(r" \(line (\d+)(?: of [^()]*)?\)$")
 def split_line(message):
     """A message of the package -> (text, the line it names at its end; None without one)."""
     match = _LINE.search(message)
-    return (message[:match.start()], int(match.group(1))) if match else (message, None)
+    return (message[: match.start()], int(match.group(1))) if match else (message, None)
 
 
 class _World:
@@ -75,8 +76,11 @@ class _World:
     def machine(self, x, y, z=0.0):
         x, y = x + self.g92[0], y + self.g92[1]
         t = math.radians(self.rotation)
-        return (x * math.cos(t) - y * math.sin(t) + self.g5x[0], x * math.sin(t) + y * math.cos(t) + self.g5x[1],
-                z + self.g92[2] + self.g5x[2])
+        return (
+            x * math.cos(t) - y * math.sin(t) + self.g5x[0],
+            x * math.sin(t) + y * math.cos(t) + self.g5x[1],
+            z + self.g92[2] + self.g5x[2],
+        )
 
     def move(self, kind, line, x, y, z, centre=None, turn=1, inside=False):
         """inside: a chord of an arc, not its last one."""
@@ -89,8 +93,8 @@ class _World:
 
 
 def _upright_arc(world, line, mm, turn):
-    """An arc of ARC_FEED in G18 (Z, X, then Y) or G19 (Y, Z, then X) as short straight moves, whose ccw is False but for the last one.
-    mm: in program coordinates: the two ends, the centre, the turns, the third end."""
+    """An arc of ARC_FEED in G18 (Z, X, then Y) or G19 (Y, Z, then X) as short straight moves, whose ccw is False but
+    for the last one.  mm: in program coordinates: the two ends, the centre, the turns, the third end."""
     order = (2, 0, 1) if world.plane == "XZ" else (1, 2, 0)
     here = [world.program_here[k] for k in order]
     start, centre, end = complex(here[0], here[1]), complex(mm[2], mm[3]), complex(mm[0], mm[1])
@@ -98,7 +102,14 @@ def _upright_arc(world, line, mm, turn):
     sweep -= 2 * math.pi * (turn < 0)
     count = max(1, math.ceil(abs(sweep) / UPRIGHT_STEP))
     for k in range(1, count + 1):
-        at = end if k == count else centre + (start - centre) * cmath.exp(1j * sweep * k / count) * (1 + (abs((end - centre) / (start - centre)) - 1) * k / count)
+        at = (
+            end
+            if k == count
+            else centre
+            + (start - centre)
+            * cmath.exp(1j * sweep * k / count)
+            * (1 + (abs((end - centre) / (start - centre)) - 1) * k / count)
+        )
         place = dict(zip(order, (at.real, at.imag, here[2] + (mm[5] - here[2]) * k / count)))
         world.move("feed", line, place[0], place[1], place[2], inside=k < count)
 
@@ -163,7 +174,15 @@ def _rs274(program, tools, machine, ini, settings, options, started=False):
         table = write_tools(folder, tools or {1: 2.0}, rs274.tool_table_unit(unit))
         arguments = ["-g", *options, "-i", str(ini), "-t", str(table), "-v", f"{folder}/test.var", str(path)]
         if started:
-            return subprocess.run(["rs274", *arguments], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=300, check=False)
+            return subprocess.run(
+                ["rs274", *arguments],
+                cwd=ROOT,
+                env=environment,
+                capture_output=True,
+                text=True,
+                timeout=300,
+                check=False,
+            )
         return forked.rs274(arguments, cwd=ROOT, env=environment, timeout=300)
 
 
@@ -187,8 +206,14 @@ def parse_rs274(text):
             trace.comments.append((arguments.strip('"'), len(trace.elements), None))
         elif name == "SET_FEED_RATE":
             world.feed = float(arguments) * unit
-        elif name in ("SET_G5X_OFFSET", "SET_G92_OFFSET", "SET_XY_ROTATION", "STRAIGHT_TRAVERSE", "STRAIGHT_FEED",
-                      "ARC_FEED"):
+        elif name in (
+            "SET_G5X_OFFSET",
+            "SET_G92_OFFSET",
+            "SET_XY_ROTATION",
+            "STRAIGHT_TRAVERSE",
+            "STRAIGHT_FEED",
+            "ARC_FEED",
+        ):
             n = [float(a) for a in arguments.split(",")]
             mm = [v * unit for v in n]
             if name == "SET_G5X_OFFSET":
@@ -212,7 +237,12 @@ def run_preview(program, tools=None, machine="mm", ini=None, timeout=300, **sett
         path, environment = _prepare(folder, program)
         environment["INI_FILE_NAME"] = str(ini or write_ini(folder, machine, **settings))
         table = write_tools(folder, tools or {1: 2.0}, UNIT_MM[machine])
-        run = forked.preview([str(path), repr(1 / UNIT_MM[machine]), str(table), f"{folder}/test.var"], cwd=ROOT, env=environment, timeout=timeout)
+        run = forked.preview(
+            [str(path), repr(1 / UNIT_MM[machine]), str(table), f"{folder}/test.var"],
+            cwd=ROOT,
+            env=environment,
+            timeout=timeout,
+        )
     trace = Trace(output=run.stdout + run.stderr)
     if run.returncode != 0:
         raise RuntimeError(f"preview: exit {run.returncode}\n{run.stderr}")

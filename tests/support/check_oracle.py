@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""An oracle for the offline sweep, written apart: fine needles on a grid of their own, moves in tiny steps; the loops over needles are in
-check_oracle.c, which shares nothing with the product.
+"""An oracle for the offline sweep, written apart: fine needles on a grid of their own, moves in tiny steps; the loops
+over needles are in check_oracle.c, which shares nothing with the product.
 
 Depth of a move: how far the highest needle that the tool meets, made smaller by `skin` all over, reaches above its tip.
 
-A step across the axis that is not longer than the skin (steep moves, moves of micrometres) would cut a needle at the rim before the
-smaller tool comes to it.  There the smaller tool cuts what it meets, and the whole one follows LAG behind.
+A step across the axis that is not longer than the skin (steep moves, moves of micrometres) would cut a needle at the
+rim before the smaller tool comes to it.  There the smaller tool cuts what it meets, and the whole one follows LAG
+behind.
 """
 
 import ctypes as C
@@ -16,10 +17,10 @@ import numpy as np
 from support import ROOT
 
 LIBRARY = ROOT / "build" / "tests" / "support" / "check_oracle.so"
-STEP = 0.03         # mm in XY
-STEP_Z = 0.02       # mm
-LAG = 0.05          # mm in XY, more than any skin
-STILL = 1e-6        # mm in XY: a move along the axis
+STEP = 0.03  # mm in XY
+STEP_Z = 0.02  # mm
+LAG = 0.05  # mm in XY, more than any skin
+STILL = 1e-6  # mm in XY: a move along the axis
 
 
 def profile(tool, r):
@@ -30,18 +31,27 @@ def profile(tool, r):
         half = np.radians(tip / 2)
         touch = corner * np.cos(half)
         cone = corner * (1 - np.sin(half)) + (r - touch) / np.tan(half)
-        return np.where(r < touch, corner - np.sqrt(np.maximum(corner ** 2 - r ** 2, 0)), cone)
+        return np.where(r < touch, corner - np.sqrt(np.maximum(corner**2 - r**2, 0)), cone)
     over = np.maximum(r - (radius - corner), 0)
-    return corner - np.sqrt(np.maximum(corner ** 2 - over ** 2, 0))
+    return corner - np.sqrt(np.maximum(corner**2 - over**2, 0))
 
 
 class Grid(C.Structure):
     """struct needles of check_oracle.c."""
-    _fields_ = [("low", C.c_double * 3), ("spacing", C.c_double), ("x", C.c_void_p), ("y", C.c_void_p), ("columns", C.c_long), ("rows", C.c_long)]
+
+    _fields_ = [
+        ("low", C.c_double * 3),
+        ("spacing", C.c_double),
+        ("x", C.c_void_p),
+        ("y", C.c_void_p),
+        ("columns", C.c_long),
+        ("rows", C.c_long),
+    ]
 
 
 class Edge(C.Structure):
     """struct edge of check_oracle.c."""
+
     _fields_ = [(name, C.c_double) for name in ("radius", "corner", "touch", "foot", "tangent")]
 
 
@@ -79,14 +89,14 @@ class Needles:
         x, y = (np.arange(low[k] + 0.37 * spacing, high[k], spacing) for k in (0, 1))
         self.x, self.y = np.meshgrid(x, y)
         self.z = np.full(self.x.shape, float(high[2]))
-        self._places = x, y             # the grid has their addresses
+        self._places = x, y  # the grid has their addresses
         self._grid = Grid(tuple(map(float, low)), spacing, x.ctypes.data, y.ctypes.data, len(x), len(y))
         # by skin: heights as the smaller tool finds them, and steps that the whole tool has still to follow
         self.seen = {}
 
     def volume(self):
         """mm3 left."""
-        return (self.z - self.low[2]).sum() * self.spacing ** 2
+        return (self.z - self.low[2]).sum() * self.spacing**2
 
     def move(self, tool, start, end, skin):
         """Cut a straight move; -> its depth for each of the skins (mm)."""
@@ -99,15 +109,30 @@ class Needles:
                 self.seen.pop(s, None)
             else:
                 self.seen.setdefault(s, (self.z.copy(), []))
-        return self._steps(tool, start, end - start, count, skin) if self.seen else self._whole(tool, start, end - start, count, skin)
+        return (
+            self._steps(tool, start, end - start, count, skin)
+            if self.seen
+            else self._whole(tool, start, end - start, count, skin)
+        )
 
     def _whole(self, tool, start, travel, count, skin):
         """All steps at once; no tool follows behind."""
         smaller, lifts = zip(*(_smaller(tool, s) for s in skin)) if skin else ((), ())
         depth, many = np.zeros(len(skin)), C.c_double * len(skin)
         start, travel = (np.ascontiguousarray(v) for v in (start, travel))
-        library().needles_move(C.byref(self._grid), self._heights(self.z), C.byref(edge_of(tool)), start.ctypes.data, travel.ctypes.data, count, len(skin),
-                               (Edge * len(skin))(*map(edge_of, smaller)), many(*lifts), many(*skin), depth.ctypes.data)
+        library().needles_move(
+            C.byref(self._grid),
+            self._heights(self.z),
+            C.byref(edge_of(tool)),
+            start.ctypes.data,
+            travel.ctypes.data,
+            count,
+            len(skin),
+            (Edge * len(skin))(*map(edge_of, smaller)),
+            many(*lifts),
+            many(*skin),
+            depth.ctypes.data,
+        )
         return depth.tolist()
 
     def _steps(self, tool, start, travel, count, skin):
@@ -144,4 +169,6 @@ class Needles:
 
     def _meets(self, tool, heights, place, skin):
         smaller, lift = _smaller(tool, skin)
-        return library().needles_meet(C.byref(self._grid), self._heights(heights), C.byref(edge_of(smaller)), *place, place[2] + lift, skin)
+        return library().needles_meet(
+            C.byref(self._grid), self._heights(heights), C.byref(edge_of(smaller)), *place, place[2] + lift, skin
+        )

@@ -4,6 +4,7 @@ test_chop_oracle.py and bench/bench_chop.py.
 
 Run by itself it judges a case again:   tools/judge chop SEED [SEED ..]
 """
+
 import math
 import sys
 import time
@@ -24,7 +25,7 @@ from chipwise.geometry.offset.paths import PointContact
 from support.contour_oracle import from_elements
 from support.contour_random import contour_case, grid
 
-OUTSIDE_MM = 0.001      # the target: no kerf further outside the contour
+OUTSIDE_MM = 0.001  # the target: no kerf further outside the contour
 
 KINDS = ("filleted", "bulged", "slot", "bent slot", "grid", "island")
 SQUARE = [(0.0, 0.0), (40.0, 0.0), (40.0, 40.0), (0.0, 40.0)]
@@ -36,17 +37,24 @@ def outline(*points):
 
 
 def from_line_end(path, segments, tool_radius):
-    """A closed path from the first chop line's end on it, as it is if there is none: for paths run without a lead-in."""
+    """A closed path from the first chop line's end on it, as it is if there is none: for paths run without a
+    lead-in."""
     index, t = ChopKerfs(segments, tool_radius).line_ends(path)
     return chains.rotated(path, int(index[0]), float(t[0])) if len(index) else path
 
 
 def scaled(parts, by):
     """Parts scaled about the origin."""
+
     def at(p):
         return tuple(float(v) * by for v in p)
-    return [ArcElement(at(q.start), at(q.end), at(q.centre), q.ccw, q.line) if isinstance(q, ArcElement)
-            else LineElement(at(q.start), at(q.end), q.line) for q in parts]
+
+    return [
+        ArcElement(at(q.start), at(q.end), at(q.centre), q.ccw, q.line)
+        if isinstance(q, ArcElement)
+        else LineElement(at(q.start), at(q.end), q.line)
+        for q in parts
+    ]
 
 
 def _bent_slot(rng, radius_tool):
@@ -58,9 +66,14 @@ def _bent_slot(rng, radius_tool):
 
     def at(r, angle):
         return (r * math.cos(angle), r * math.sin(angle))
+
     p = [at(outer, a), at(outer, a + turn), at(inner, a + turn), at(inner, a)]
-    return [ArcElement(p[0], p[1], (0.0, 0.0), True, 1), ArcElement(p[1], p[2], at(middle, a + turn), True, 2),
-            ArcElement(p[2], p[3], (0.0, 0.0), False, 3), ArcElement(p[3], p[0], at(middle, a), True, 4)]
+    return [
+        ArcElement(p[0], p[1], (0.0, 0.0), True, 1),
+        ArcElement(p[1], p[2], at(middle, a + turn), True, 2),
+        ArcElement(p[2], p[3], (0.0, 0.0), False, 3),
+        ArcElement(p[3], p[0], at(middle, a), True, 4),
+    ]
 
 
 def _straight_slot(rng, radius_tool):
@@ -69,8 +82,12 @@ def _straight_slot(rng, radius_tool):
     reach, a = half * rng.uniform(0.3, 12), rng.uniform(0, 2 * math.pi)
     u, v = np.array((math.cos(a), math.sin(a))), np.array((-math.sin(a), math.cos(a)))
     p = [tuple(s * reach * u + t * half * v) for s, t in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-    return [LineElement(p[0], p[1], 1), ArcElement(p[1], p[2], tuple(reach * u), True, 2),
-            LineElement(p[2], p[3], 3), ArcElement(p[3], p[0], tuple(-reach * u), True, 4)]
+    return [
+        LineElement(p[0], p[1], 1),
+        ArcElement(p[1], p[2], tuple(reach * u), True, 2),
+        LineElement(p[2], p[3], 3),
+        ArcElement(p[3], p[0], tuple(-reach * u), True, 4),
+    ]
 
 
 def _with_islands(rng):
@@ -118,8 +135,11 @@ class Chopped:
     def __init__(self, loops, radius, chop_size, depth_step=None):
         contours = [make_contour(parts) for parts in loops]
         inside = LEFT if elements.area(contours[0].elements) > 0 else RIGHT
-        result = offset_pocket(contours[0], contours[1:], radius) if len(contours) > 1 \
+        result = (
+            offset_pocket(contours[0], contours[1:], radius)
+            if len(contours) > 1
             else offset_contour(contours[0], inside, radius)
+        )
         paths = [p.elements for p in result.paths if not isinstance(p, PointContact)]
         whole = [c for c in result.contours]
         outer_sense = math.copysign(1.0, elements.area(whole[0].elements))
@@ -133,8 +153,15 @@ class Chopped:
         self.plan = contour_chop.chop_plan(self.boundaries, self.islands, radius, chop_size)
         self.plan_s = time.process_time() - begin
         self.request = SimpleNamespace(
-            bottom=-6.0, clearance=2.0, tool_radius=radius, feed=600.0, plunge_feed=200.0, start=(0.0, 0.0, 20.0),
-            end=tuple(paths[0].start[0]) if paths else (0.0, 0.0), depth_step=depth_step)
+            bottom=-6.0,
+            clearance=2.0,
+            tool_radius=radius,
+            feed=600.0,
+            plunge_feed=200.0,
+            start=(0.0, 0.0, 20.0),
+            end=tuple(paths[0].start[0]) if paths else (0.0, 0.0),
+            depth_step=depth_step,
+        )
         mover = Mover(self.request)
         contour_chop.cut_chops(mover, self.plan, self.request.end, radius, depth_levels(2.0, -6.0, depth_step))
         self.moves = tuple(mover.moves)
@@ -142,23 +169,36 @@ class Chopped:
         if len(contours) == 1 and self.plan.chopped:
             self._whole_cycle(tuple(loops[0]), 41 if inside == LEFT else 42)
         elif self.plan.chopped:
-            self.paths = [from_elements(from_line_end(p, self.plan.segments, radius))
-                          for p in self.boundaries + self.islands]
+            self.paths = [
+                from_elements(from_line_end(p, self.plan.segments, radius)) for p in self.boundaries + self.islands
+            ]
 
     def _whole_cycle(self, shape, side):
         """Lines and contour as G78 cuts them, leads and all."""
         r = self.request
-        plan = contour_cycle.contour_plan.__wrapped__(contour_cycle.ContourRequest(
-            shape, side, r.tool_radius, r.bottom, r.clearance, r.feed, r.plunge_feed, r.start, depth_step=r.depth_step,
-            finish=True, chop_size=self.chop_size))
+        plan = contour_cycle.contour_plan.__wrapped__(
+            contour_cycle.ContourRequest(
+                shape,
+                side,
+                r.tool_radius,
+                r.bottom,
+                r.clearance,
+                r.feed,
+                r.plunge_feed,
+                r.start,
+                depth_step=r.depth_step,
+                finish=True,
+                chop_size=self.chop_size,
+            )
+        )
         assert plan.chop.segments == self.plan.segments
         self.moves = plan.moves
         self.elements = hole_oracle.walk(plan.moves, r.start)
-        self.paths = self._runs()[len(self.plan.segments):]
+        self.paths = self._runs()[len(self.plan.segments) :]
 
     def lines(self):
         """The motions of each line at full depth."""
-        return self._runs()[:len(self.plan.segments)]
+        return self._runs()[: len(self.plan.segments)]
 
     def _runs(self):
         """The motions at full depth from rapid to rapid."""
@@ -203,6 +243,19 @@ if __name__ == "__main__":
         if name != "small":
             kind, loops, radius, chop_size = chop_case(int(name), small)
             done = Chopped(loops, radius, chop_size)
-            print(name, kind, f"r {radius:.4f} H {chop_size:.4f}",
-                  [(len(chop.segments), chop.parts, round(math.degrees(chop.angle), 2), chop.pieces, round(chop.largest, 3))
-                   for chop in done.plan.chops], *verdict(done, stages=small))
+            print(
+                name,
+                kind,
+                f"r {radius:.4f} H {chop_size:.4f}",
+                [
+                    (
+                        len(chop.segments),
+                        chop.parts,
+                        round(math.degrees(chop.angle), 2),
+                        chop.pieces,
+                        round(chop.largest, 3),
+                    )
+                    for chop in done.plan.chops
+                ],
+                *verdict(done, stages=small),
+            )

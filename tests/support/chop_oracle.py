@@ -8,6 +8,7 @@ does as motions in the same tuples, in their order, and judges:
   Stage            stock as cells, flood fill: the pieces that are loose at any time
 Each has been seen to fail: tests/oracles/test_chop_oracle.py feeds sabotaged motions.
 """
+
 import math
 
 import numpy as np
@@ -97,7 +98,11 @@ class Stage:
         (x0, y0), (x1, y1) = points.min(axis=0) - more, points.max(axis=0) + more
         columns = np.flatnonzero((self.x[0] >= x0) & (self.x[0] <= x1))
         rows = np.flatnonzero((self.y[:, 0] >= y0) & (self.y[:, 0] <= y1))
-        return np.s_[rows[0]:rows[-1] + 1, columns[0]:columns[-1] + 1] if len(rows) and len(columns) else np.s_[0:0, 0:0]
+        return (
+            np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+            if len(rows) and len(columns)
+            else np.s_[0:0, 0:0]
+        )
 
     def cut(self, el):
         """Remove what the tool meets on a motion."""

@@ -3,6 +3,7 @@
 
 Called by tests/oracles/test_rooms.py and test_c_files.py.
 """
+
 import graphlib
 
 

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A program on the real LinuxCNC under a condition, and what the judge says of the run.
 
-Called by bench/bench_claims.py (all programs and conditions, cycle / optimum), bench/bench_styles.py, test_foreign.py and test_foreign_styles.py (two each).
+Called by bench/bench_claims.py (all programs and conditions, cycle / optimum), bench/bench_styles.py, test_foreign.py
+and test_foreign_styles.py (two each).
 """
+
 import re
 from dataclasses import dataclass
 
@@ -14,25 +16,26 @@ from support import judge as judging
 from support.headless_rig import SLOW_MOTION
 
 SPEED = 6.0
-FREE, FREE_MOST = 1000.0, 600.0         # times Q; cm3/min or in3/min, and M251 takes no more than that of an inch program
+FREE, FREE_MOST = 1000.0, 600.0  # times Q; cm3/min or in3/min, and M251 takes no more than that of an inch program
 INCH = 25.4
 PATH = re.compile(r"^(N\d+ ?)?(?:G61\.1|G61|G64)(?: ?P[\d.]+)?(?: ?Q[\d.]+)?\s*$", re.M)
-FALLBACK = 5                # volumetric-feed.limited-by
+FALLBACK = 5  # volumetric-feed.limited-by
 
 
 def target_scale(override):
-    """The rate that counts under a feed override: the override multiplies the rate like any feed (docs/design/hal.md)."""
+    """The rate that counts under a feed override: the override multiplies the rate like any feed
+    (docs/design/hal.md)."""
     return override
 
 
 @dataclass(frozen=True)
 class Condition:
-    path: str = ""              # "" as the program has it; lengths in mm
-    accel: float = 500.0        # mm/s2
-    period: float = 1.0         # ms
+    path: str = ""  # "" as the program has it; lengths in mm
+    accel: float = 500.0  # mm/s2
+    period: float = 1.0  # ms
     override: float = 1.0
     inch: bool = False
-    arc_blends: bool = True     # False: [TRAJ]ARC_BLEND_ENABLE = 0, parabolic blends only
+    arc_blends: bool = True  # False: [TRAJ]ARC_BLEND_ENABLE = 0, parabolic blends only
 
     def __str__(self):
         words = [self.path or "as written", f"{self.accel:g} mm/s2"]
@@ -50,8 +53,10 @@ class Condition:
 def own_rates():
     """{tool number: mm3/s} of the sample geometry file, whose rates are cm3/min."""
     text = (ROOT / "configs" / "tools.toml").read_text()
-    return {int(n): float(rate) * 1000.0 / 60.0 for n, rate in
-            re.findall(r"\[tool\.(\d+)\](?:(?!\[tool).)*?max_rate = ([\d.]+)", text, re.S)}
+    return {
+        int(n): float(rate) * 1000.0 / 60.0
+        for n, rate in re.findall(r"\[tool\.(\d+)\](?:(?!\[tool).)*?max_rate = ([\d.]+)", text, re.S)
+    }
 
 
 def with_path(text, path):
@@ -94,7 +99,9 @@ def ini_text(condition, table, geometry):
 
 def without_limit(text):
     """The program with a target that the stock never reaches."""
-    return re.sub(r"^(M251.*?Q)([\d.]+)", lambda m: f"{m.group(1)}{min(float(m.group(2)) * FREE, FREE_MOST):g}", text, flags=re.M)
+    return re.sub(
+        r"^(M251.*?Q)([\d.]+)", lambda m: f"{m.group(1)}{min(float(m.group(2)) * FREE, FREE_MOST):g}", text, flags=re.M
+    )
 
 
 def run(program, condition, folder, free=False, speed=SPEED, settings=None):
@@ -115,8 +122,15 @@ def run(program, condition, folder, free=False, speed=SPEED, settings=None):
     ini = folder / f"{stem}.ini"
     ini.write_text(ini_text(condition, table, geometry))
     log = folder / f"{stem}.npz"
-    summary = runner.run_headless(str(folder / f"{stem}.ngc"), ini=str(ini), speed=speed, log=str(log), timeout=3000.0, settings=settings,
-                                  env={"CLAIMS_OVERRIDE": f"{condition.override:g}"})
+    summary = runner.run_headless(
+        str(folder / f"{stem}.ngc"),
+        ini=str(ini),
+        speed=speed,
+        log=str(log),
+        timeout=3000.0,
+        settings=settings,
+        env={"CLAIMS_OVERRIDE": f"{condition.override:g}"},
+    )
     return summary, log
 
 
@@ -147,7 +161,7 @@ def told(program, log):
             defined = at
         found = re.match(r"(?:N\d+)?M251.*?Q([\d.]+)", line)
         if found:
-            rate = float(found.group(1)) * (INCH ** 3 if inch else 1000.0) / 60.0
+            rate = float(found.group(1)) * (INCH**3 if inch else 1000.0) / 60.0
             rates.append((at, min(rate, limits.get(waiting, rate))))
         if re.match(r"(N\d+)?M252", line):
             rates.append((at, 0.0))
@@ -166,7 +180,8 @@ def loaded(path):
 
 
 def mean_off(run_, swept, summary):
-    """The summary's rate_mean against the judge: volume over the time of feed moves whose section area is above CUTTING_MM2; a share."""
+    """The summary's rate_mean against the judge: volume over the time of feed moves whose section area is above
+    CUTTING_MM2; a share."""
     gone = np.diff(swept.volume, prepend=0.0)
     cuts = run_.feeding & ~run_.apart & (swept.area > judging.CUTTING_MM2) & (gone > 0)
     return summary["rate_mean"] / (60.0 * gone[run_.feeding].sum() / (cuts.sum() * run_.period)) - 1.0
@@ -180,7 +195,8 @@ def peak_off(run_, swept, summary):
 
 
 def measure(program, condition, folder, speed=SPEED, cell=judging.CELL, settings=None):
-    """(dict of one run's figures, judging.Run, its swept stock, target (n,) mm3/s under the condition).  cell: mm, the judge's."""
+    """(dict of one run's figures, judging.Run, its swept stock, target (n,) mm3/s under the condition).  cell: mm, the
+    judge's."""
     summary, path = run(program, condition, folder, speed=speed, settings=settings)
     log = loaded(path)
     run_, tools, target = told(program, log)
@@ -191,27 +207,47 @@ def measure(program, condition, folder, speed=SPEED, cell=judging.CELL, settings
     # at rest, before the task has sent the next move, no velocity is asked for, and the law has none to compare with
     fallback = held & (log["limited_by"] == FALLBACK) & (log["velocity"] > 0)
     tracker = float(log["removed_volume"][-1])
-    result = {"program": program.name, "condition": str(condition), "finished": bool(summary["finished"]),
-              "errors": summary["errors"], "lost": run_.lost, "cycle_s": float(run_.took.sum()),
-              "peak_10ms": found.peak_10ms, "peak_1ms": found.peak_1ms, "over_share": found.over_share,
-              "mean": found.mean, "volume": found.volume, "tracker": tracker,
-              "volume_off": tracker / found.volume - 1.0 if found.volume else 0.0, "own_error": found.own_error,
-              "rapid_volume": found.rapid_volume, "stops": sum("stopped" in text for text in summary["errors"]),
-              "fallback_s": float(fallback.sum() * run_.period),
-              "rate_mean_off": mean_off(run_, swept, summary), "rate_peak_off": peak_off(run_, swept, summary),
-              "places": found.places, "worst": found.worst, "cycle_ratio": None}
+    result = {
+        "program": program.name,
+        "condition": str(condition),
+        "finished": bool(summary["finished"]),
+        "errors": summary["errors"],
+        "lost": run_.lost,
+        "cycle_s": float(run_.took.sum()),
+        "peak_10ms": found.peak_10ms,
+        "peak_1ms": found.peak_1ms,
+        "over_share": found.over_share,
+        "mean": found.mean,
+        "volume": found.volume,
+        "tracker": tracker,
+        "volume_off": tracker / found.volume - 1.0 if found.volume else 0.0,
+        "own_error": found.own_error,
+        "rapid_volume": found.rapid_volume,
+        "stops": sum("stopped" in text for text in summary["errors"]),
+        "fallback_s": float(fallback.sum() * run_.period),
+        "rate_mean_off": mean_off(run_, swept, summary),
+        "rate_peak_off": peak_off(run_, swept, summary),
+        "places": found.places,
+        "worst": found.worst,
+        "cycle_ratio": None,
+    }
     return result, run_, swept, target
 
 
-HEAD = f"{'program':20s} {'condition':38s} {'10 ms %':>8s} {'1 ms %':>8s} {'>102 %':>7s} {'cyc/opt':>8s} " \
-       f"{'tracker':>8s} {'judge':>7s} {'stops':>5s} {'fallb.':>6s} {'mean %':>7s} {'m.off%':>6s} {'p.off%':>6s}"
+HEAD = (
+    f"{'program':20s} {'condition':38s} {'10 ms %':>8s} {'1 ms %':>8s} {'>102 %':>7s} {'cyc/opt':>8s} "
+    f"{'tracker':>8s} {'judge':>7s} {'stops':>5s} {'fallb.':>6s} {'mean %':>7s} {'m.off%':>6s} {'p.off%':>6s}"
+)
 
 
 def line_of(f):
     if f["lost"]:
         return f"{f['program']:20s} {f['condition']:38s} VOID: {f['lost']} servo periods lost"
     ratio = f"{f['cycle_ratio']:8.4f}" if f["cycle_ratio"] else f"{'-':>8s}"
-    text = f"{f['program']:20s} {f['condition']:38s} {100 * f['peak_10ms']:8.1f} {100 * f['peak_1ms']:8.1f} " \
-           f"{100 * f['over_share']:7.2f} {ratio} {100 * f['volume_off']:+7.2f}% {100 * f['own_error']:6.2f}% " \
-           f"{f['stops']:5d} {f['fallback_s']:5.1f}s {100 * f['mean']:7.2f} {100 * f['rate_mean_off']:+6.2f} {100 * f['rate_peak_off']:+6.2f}"
+    text = (
+        f"{f['program']:20s} {f['condition']:38s} {100 * f['peak_10ms']:8.1f} {100 * f['peak_1ms']:8.1f} "
+        f"{100 * f['over_share']:7.2f} {ratio} {100 * f['volume_off']:+7.2f}% {100 * f['own_error']:6.2f}% "
+        f"{f['stops']:5d} {f['fallback_s']:5.1f}s {100 * f['mean']:7.2f} {100 * f['rate_mean_off']:+6.2f} "
+        f"{100 * f['rate_peak_off']:+6.2f}"
+    )
     return text + ("" if f["finished"] else "  NOT FINISHED: " + "; ".join(f["errors"])[:160])

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A machine before clamps: paths as LinuxCNC's planner travels them, and the core's guard that may stop it.  Called by tests/core/test_clamp_guard.py.
+"""A machine before clamps: paths as LinuxCNC's planner travels them, and the core's guard that may stop it.  Called by
+tests/core/test_clamp_guard.py.
 
-mm, s.  A path is a list of pieces, dict of kind line (start, end) or arc (centre, start, angle, rise), join (how its end is left).  The planner accelerates
-and brakes with `accel`, in a parabola both pieces at once; it brakes LATE periods after the guard says so.
+mm, s.  A path is a list of pieces, dict of kind line (start, end) or arc (centre, start, angle, rise), join (how its
+end is left).  The planner accelerates and brakes with `accel`, in a parabola both pieces at once; it brakes LATE
+periods after the guard says so.
 """
 
 import copy
@@ -16,7 +18,7 @@ from chipwise.clib.library import library
 
 STOP, TANGENT, PARABOLIC = 0, 1, 2
 PERIOD = 0.001
-LATE = 2            # periods from the stop to the first step that is shorter
+LATE = 2  # periods from the stop to the first step that is shorter
 
 
 def point(piece, s):
@@ -48,7 +50,7 @@ class Planner:
     def to_stop(self):
         """mm to the next place where it stops, or has to begin a blend."""
         left = -self.s
-        for piece in self.pieces[self.number:]:
+        for piece in self.pieces[self.number :]:
             left += piece["length"]
             if piece["join"] != TANGENT:
                 break
@@ -56,7 +58,11 @@ class Planner:
 
     def blends(self):
         piece = self.pieces[self.number]
-        return piece["join"] == PARABOLIC and self.number + 1 < len(self.pieces) and self.to_stop() <= self.v * self.v / (2 * self.accel) + 1e-9
+        return (
+            piece["join"] == PARABOLIC
+            and self.number + 1 < len(self.pieces)
+            and self.to_stop() <= self.v * self.v / (2 * self.accel) + 1e-9
+        )
 
     def step(self, stops):
         """A period; -> whether it still moves."""
@@ -67,10 +73,20 @@ class Planner:
             self.next_s += self.next_v * PERIOD
             self.s += self.v * PERIOD
             if self.v == 0.0 and not stops:
-                self.number, self.s, self.v, self.next_s, self.next_v = self.number + 1, self.next_s, self.next_v, 0.0, 0.0
+                self.number, self.s, self.v, self.next_s, self.next_v = (
+                    self.number + 1,
+                    self.next_s,
+                    self.next_v,
+                    0.0,
+                    0.0,
+                )
             return self.v > 0 or self.next_v > 0
         left = self.to_stop()
-        may = math.sqrt(2 * self.accel * max(left - self.v * PERIOD, 0.0)) if self.pieces[self.number]["join"] != PARABOLIC else self.velocity
+        may = (
+            math.sqrt(2 * self.accel * max(left - self.v * PERIOD, 0.0))
+            if self.pieces[self.number]["join"] != PARABOLIC
+            else self.velocity
+        )
         self.v = max(self.v - a, 0.0) if stops else max(min(self.v + a, self.velocity, max(may, a)), 0.0)
         self.s += min(self.v * PERIOD, left)
         while self.s >= self.pieces[self.number]["length"] - 1e-12:
@@ -89,7 +105,9 @@ class Planner:
         tip = point(here, min(self.s, here["length"]))
         if self.next_s:
             following = self.pieces[self.number + 1]
-            tip = tuple(at + (there - begun) for at, there, begun in zip(tip, point(following, self.next_s), following["start"]))
+            tip = tuple(
+                at + (there - begun) for at, there, begun in zip(tip, point(following, self.next_s), following["start"])
+            )
         return tip
 
 
@@ -100,12 +118,30 @@ class Guard:
         self.lib, self.clamps, self.path, self.into = library(), layout.Clamps(), layout.Path(), layout.ClampIn()
         table = layout.ClampTable(generation=2, count=len(clamps), clearance=clearance)
         for put, clamp in zip(table.clamp, clamps):
-            put.x, put.y, put.half_x, put.half_y, put.top, put.is_round = *clamp["middle"], *clamp["half"], clamp["top"], int("diameter" in clamp)
+            put.x, put.y, put.half_x, put.half_y, put.top, put.is_round = (
+                *clamp["middle"],
+                *clamp["half"],
+                clamp["top"],
+                int("diameter" in clamp),
+            )
             put.cosine, put.sine = math.cos(clamp["turn"]), math.sin(clamp["turn"])
         self.taken = self.lib.chip_clamps_take(self.clamps, C.byref(table))
         shape, self.cutter = tool["shape"], layout.Tool()
-        corner = {"ball": tool["diameter"] / 2, "bull": tool["corner_radius"], "tapered-ball": tool["corner_radius"]}.get(shape, 0.0)
-        assert self.lib.chip_tool_init(self.cutter, tool["diameter"], corner, tool["tip_angle"] if shape in ("vee", "tapered-ball") else 0.0, 0.0) == 0
+        corner = {
+            "ball": tool["diameter"] / 2,
+            "bull": tool["corner_radius"],
+            "tapered-ball": tool["corner_radius"],
+        }.get(shape, 0.0)
+        assert (
+            self.lib.chip_tool_init(
+                self.cutter,
+                tool["diameter"],
+                corner,
+                tool["tip_angle"] if shape in ("vee", "tapered-ball") else 0.0,
+                0.0,
+            )
+            == 0
+        )
         self.lib.chip_clamps_build(self.clamps, self.cutter, tool["stick_out"], tool["holder_diameter"])
         self.into.period_s, self.into.acceleration_mm_s2 = PERIOD, accel
         self.pieces, self.knows_path, self.most_work = pieces, knows_path, 0
@@ -116,7 +152,9 @@ class Guard:
             if piece["kind"] == "line":
                 made = self.lib.chip_segment_line(segment, vec(*piece["start"]), vec(*piece["end"]))
             else:
-                made = self.lib.chip_segment_arc(segment, (C.c_double * 2)(*piece["centre"]), vec(*piece["start"]), piece["angle"], piece["rise"])
+                made = self.lib.chip_segment_arc(
+                    segment, (C.c_double * 2)(*piece["centre"]), vec(*piece["start"]), piece["angle"], piece["rise"]
+                )
             assert made
             segment.accel, segment.join = accel, piece["join"]
             self.lib.chip_path_append(self.path, key, segment)
@@ -143,8 +181,8 @@ def run(pieces, velocity, accel, guard=None, most=20000):
 
 
 def both(pieces, velocity, accel, guard=None, most=20000):
-    """-> (places (n, 3) of the tip in each period if nothing stops it, those with the guard, number of the place at which it had to stop or None).
-    They are the same up to the first period that is braked."""
+    """-> (places (n, 3) of the tip in each period if nothing stops it, those with the guard, number of the place at
+    which it had to stop or None).  They are the same up to the first period that is braked."""
     planner, stop_at, braked = Planner(pieces, velocity, accel), None, None
     free, goes = [planner.tip], True
     while goes and len(free) < most:

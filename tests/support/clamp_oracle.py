@@ -1,20 +1,23 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How near a tool comes to clamps: a sampled sweep, written apart from chipwise.clamps.  Called by tests/check/test_check_clamps.py and tests/core/test_clamp_guard.py.
+"""How near a tool comes to clamps: a sampled sweep, written apart from chipwise.clamps.  Called by
+tests/check/test_check_clamps.py and tests/core/test_clamp_guard.py.
 
-Places of the tip every STEP mm, the tool as discs, the clamps as polygons or circles with a top.  mm, radians, machine coordinates.
+Places of the tip every STEP mm, the tool as discs, the clamps as polygons or circles with a top.  mm, radians, machine
+coordinates.
 """
 
 import math
 
 import numpy as np
 
-STEP = 0.05                 # mm, of the path and of the discs' heights
-ARC_DISCS = 200             # of a rounded end
-FAR = 3.0                   # mm, what is farther is not measured
+STEP = 0.05  # mm, of the path and of the discs' heights
+ARC_DISCS = 200  # of a rounded end
+FAR = 3.0  # mm, what is farther is not measured
 
 
 def tool_radius(tool, height):
-    """Radius of the cutter and its shank at a height above the tip.  tool: dict shape, diameter, corner_radius, tip_angle."""
+    """Radius of the cutter and its shank at a height above the tip.  tool: dict shape, diameter, corner_radius,
+    tip_angle."""
     radius, shape = tool["diameter"] / 2, tool["shape"]
     half = math.radians(tool.get("tip_angle", 0)) / 2
     if shape == "flat":
@@ -41,7 +44,8 @@ def discs(tool, part, highest):
 
 
 def outline_distance(clamp, x, y):
-    """(n,) from a clamp seen from above, 0 inside.  clamp: dict with corners [(x, y) x 4] in order, or middle and diameter; and top."""
+    """(n,) from a clamp seen from above, 0 inside.  clamp: dict with corners [(x, y) x 4] in order, or middle and
+    diameter; and top."""
     if "diameter" in clamp:
         return np.maximum(np.hypot(x - clamp["middle"][0], y - clamp["middle"][1]) - clamp["diameter"] / 2, 0.0)
     found, inside = np.full(len(x), np.inf), np.ones(len(x), bool)
@@ -61,7 +65,8 @@ def line(start, end):
 
 
 def nearest(tool, part, clamp, places):
-    """mm by which the clamp has to grow at its sides and top until a tool along places (n, 3) meets it; FAR if it is farther."""
+    """mm by which the clamp has to grow at its sides and top until a tool along places (n, 3) meets it; FAR if it is
+    farther."""
     across, z = outline_distance(clamp, places[:, 0], places[:, 1]), places[:, 2]
     widest = (tool["holder_diameter"] if part == "holder" else tool["diameter"]) / 2
     begins = tool["stick_out"] if part == "holder" else 0.0
@@ -88,15 +93,20 @@ def radius_at(tool, height):
         return np.minimum(radius, height * math.tan(half))
     if shape == "tapered-ball":
         joint = corner * (1 - math.sin(half))
-        return np.where(height < joint, arc, np.minimum(radius, corner * math.cos(half) + (height - joint) * math.tan(half)))
+        return np.where(
+            height < joint, arc, np.minimum(radius, corner * math.cos(half) + (height - joint) * math.tan(half))
+        )
     return np.where(height >= corner, radius, radius - corner + arc)
 
 
 def grown(tool, part, clamp, places, least=-60.0):
-    """(n,) mm by which the clamp has to grow at its sides and its top until it touches the part at each of the places (n, 3); FAR if more.  By halving."""
+    """(n,) mm by which the clamp has to grow at its sides and its top until it touches the part at each of the places
+    (n, 3); FAR if more.  By halving."""
     across, z = outline_distance(clamp, places[:, 0], places[:, 1]), places[:, 2]
     begins = tool["stick_out"] if part == "holder" else 0.0
-    close = (across < (tool["holder_diameter"] if part == "holder" else tool["diameter"]) / 2 + FAR) & (z + begins < clamp["top"] + FAR)
+    close = (across < (tool["holder_diameter"] if part == "holder" else tool["diameter"]) / 2 + FAR) & (
+        z + begins < clamp["top"] + FAR
+    )
     if not close.all():
         found = np.full(len(z), FAR)
         found[close] = grown(tool, part, clamp, places[close], least) if close.any() else ()
@@ -105,7 +115,9 @@ def grown(tool, part, clamp, places, least=-60.0):
     for _ in range(44):
         middle = (low + high) / 2
         over = clamp["top"] + middle - z
-        radius = np.full(len(z), tool["holder_diameter"] / 2) if part == "holder" else radius_at(tool, np.maximum(over, 0.0))
+        radius = (
+            np.full(len(z), tool["holder_diameter"] / 2) if part == "holder" else radius_at(tool, np.maximum(over, 0.0))
+        )
         touches = (over > begins) & (across < radius + middle)
         low, high = np.where(touches, low, middle), np.where(touches, middle, high)
     return high

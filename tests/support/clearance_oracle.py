@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """How near the traverses of a program come to stock at their side, written apart: no map, no product code, numpy only.
 
-Needles are put where a traverse may be too near, thousands round each.  The height of a needle is asked of every move before: the
-lowest that the tool's profile comes over it.  So a needle is exactly as high as the stock is there, and none is between two others that
-the stock has cut.  Programs are plain: G0 to G3 in G17 with I J or R, G90, mm, one box of M250, tools by T.. M6.
+Needles are put where a traverse may be too near, thousands round each.  The height of a needle is asked of every move
+before: the lowest that the tool's profile comes over it.  So a needle is exactly as high as the stock is there, and
+none is between two others that the stock has cut.  Programs are plain: G0 to G3 in G17 with I J or R, G90, mm, one box
+of M250, tools by T.. M6.
 
-A traverse goes straight up (free), straight down, or across.  Stock higher than its tip that is nearer than the clearance to the tool's side at
-that height is a violation, wherever it is.
+A traverse goes straight up (free), straight down, or across.  Stock higher than its tip that is nearer than the
+clearance to the tool's side at that height is a violation, wherever it is.
 """
 
 import math
@@ -15,12 +16,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-CHORD = 0.0005              # mm, of arcs
-UP = 1e-6                   # mm across the axis: a shorter traverse is vertical
-LEVEL = 0.02                # mm: stock that is no higher above the tip is under the tool
-SAMPLES = 3000              # needles round a traverse, at least
-APART = 0.05                # mm between those along its edges
-SEARCH = 60                 # steps of a search along a sloped move
+CHORD = 0.0005  # mm, of arcs
+UP = 1e-6  # mm across the axis: a shorter traverse is vertical
+LEVEL = 0.02  # mm: stock that is no higher above the tip is under the tool
+SAMPLES = 3000  # needles round a traverse, at least
+APART = 0.05  # mm between those along its edges
+SEARCH = 60  # steps of a search along a sloped move
 
 
 @dataclass
@@ -82,7 +83,9 @@ def _arc(a, b, given, clockwise):
     count = max(2, math.ceil(abs(sweep) / (2 * math.acos(1 - min(1.0, CHORD / radius)))))
     t = np.arange(1, count + 1) / count
     angle = begin + sweep * t
-    places = np.column_stack((centre[0] + radius * np.cos(angle), centre[1] + radius * np.sin(angle), a[2] + (b[2] - a[2]) * t))
+    places = np.column_stack(
+        (centre[0] + radius * np.cos(angle), centre[1] + radius * np.sin(angle), a[2] + (b[2] - a[2]) * t)
+    )
     places[-1] = b
     return list(places)
 
@@ -90,13 +93,13 @@ def _arc(a, b, given, clockwise):
 def profile(tool, r):
     """Height of a tool (diameter, corner radius) above its tip at a distance from its axis."""
     out = np.maximum(r - (tool[0] / 2 - tool[1]), 0.0)
-    return tool[1] - np.sqrt(np.maximum(tool[1] ** 2 - out ** 2, 0.0))
+    return tool[1] - np.sqrt(np.maximum(tool[1] ** 2 - out**2, 0.0))
 
 
 def half_width(tool, above):
     """Radius of the tool at a height above its tip."""
     under = np.clip(tool[1] - above, 0.0, None)
-    return tool[0] / 2 - tool[1] + np.sqrt(np.maximum(tool[1] ** 2 - under ** 2, 0.0))
+    return tool[0] / 2 - tool[1] + np.sqrt(np.maximum(tool[1] ** 2 - under**2, 0.0))
 
 
 def _left_by(move, tool, x, y):
@@ -106,13 +109,14 @@ def _left_by(move, tool, x, y):
     length2 = d[0] ** 2 + d[1] ** 2
     near = (u * d[0] + v * d[1]) / length2 if length2 > 1e-18 else np.zeros(len(x))
     off2 = (u - near * d[0]) ** 2 + (v - near * d[1]) ** 2
-    half = np.sqrt(np.maximum(radius ** 2 - off2, 0.0) / length2) if length2 > 1e-18 else np.ones(len(x))
+    half = np.sqrt(np.maximum(radius**2 - off2, 0.0) / length2) if length2 > 1e-18 else np.ones(len(x))
     first, last = np.clip(near - half, 0.0, 1.0), np.clip(near + half, 0.0, 1.0)
 
     def height(t):
         r = np.hypot(u - t * d[0], v - t * d[1])
         return np.where(r <= radius + 1e-9, move.a[2] + t * d[2] + profile(tool, np.minimum(r, radius)), np.inf)
-    reached = off2 <= radius ** 2
+
+    reached = off2 <= radius**2
     if d[2] == 0.0 or not tool[1]:
         best = np.minimum(np.minimum(height(first), height(last)), height(np.clip(near, first, last)))
         return np.where(reached, best, np.inf)
@@ -132,7 +136,9 @@ def heights(box, moves, tools, x, y):
     low, high = (x.min(), y.min()), (x.max(), y.max())
     for move in moves:
         radius = tools[move.tool][0] / 2
-        if any(max(move.a[k], move.b[k]) + radius < low[k] or min(move.a[k], move.b[k]) - radius > high[k] for k in (0, 1)):
+        if any(
+            max(move.a[k], move.b[k]) + radius < low[k] or min(move.a[k], move.b[k]) - radius > high[k] for k in (0, 1)
+        ):
             continue
         z = np.minimum(z, _left_by(move, tools[move.tool], x, y))
     return np.maximum(z, box[0][2])
@@ -146,8 +152,12 @@ def _round(move, reach, rng):
     across = np.array([-along[1], along[0]])
     s = rng.uniform(-reach, length + reach, SAMPLES + int(length / APART) * 20)
     # most of them where a wall is: as far as the tool's side, or a little more or less
-    w = np.where(rng.random(len(s)) < 0.7, rng.choice([-1, 1], len(s)) * (reach - rng.exponential(0.15, len(s))), rng.uniform(-reach, reach, len(s)))
-    end = rng.random(len(s)) < 0.25                             # round both ends
+    w = np.where(
+        rng.random(len(s)) < 0.7,
+        rng.choice([-1, 1], len(s)) * (reach - rng.exponential(0.15, len(s))),
+        rng.uniform(-reach, reach, len(s)),
+    )
+    end = rng.random(len(s)) < 0.25  # round both ends
     angle, r = rng.uniform(0, 2 * math.pi, len(s)), reach - rng.exponential(0.2, len(s))
     middle = np.where(rng.random(len(s)) < 0.5, 0.0, length)
     s = np.where(end, middle + r * np.cos(angle), s)
@@ -158,7 +168,8 @@ def _round(move, reach, rng):
 
 
 def nearest(box, moves, tools, number, clearance, seed=0):
-    """mm from the side of a traverse to stock, the clearance if none is nearer.  tools: {number: (diameter, corner radius)}."""
+    """mm from the side of a traverse to stock, the clearance if none is nearer.  tools: {number: (diameter, corner
+    radius)}."""
     move, tool = moves[number], tools[moves[number].tool]
     d = move.b - move.a
     if math.hypot(*d[:2]) <= UP and d[2] >= 0 or min(move.a[2], move.b[2]) >= box[1][2] - LEVEL:

@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How much of a cut is climb milling, and what it leaves: moves (pattern_oracle.Move) on a grid of heights, with numpy alone.
+"""How much of a cut is climb milling, and what it leaves: moves (pattern_oracle.Move) on a grid of heights, with numpy
+alone.
 
-A flat tool that turns clockwise (M3) climbs where the stock it meets is on the right of its path.  Used by tests/interpreter.
+A flat tool that turns clockwise (M3) climbs where the stock it meets is on the right of its path.  Used by
+tests/interpreter.
 """
 
 import random
 
 import numpy as np
 
-CELL, HALF, STEP = 0.25, 16.0, 0.3       # mm
+CELL, HALF, STEP = 0.25, 16.0, 0.3  # mm
 GRID = np.arange(-HALF + CELL / 2, HALF, CELL)
 X, Y = np.meshgrid(GRID, GRID)
 
@@ -42,7 +44,8 @@ def cut(moves, start, heights, radius):
 
 
 def random_profile(seed):
-    """Lines of a sub O100 that goes round the origin in closed chains with lead-ins, in one direction, at several depths."""
+    """Lines of a sub O100 that goes round the origin in closed chains with lead-ins, in one direction, at several
+    depths."""
     r = random.Random(f"climb {seed}")
     count, turn, phase = r.randint(4, 8), r.choice((1, -1)), r.uniform(0, 6)
     corners = [(r.uniform(7, 11), phase + turn * k * 2 * np.pi / count) for k in range(count)]

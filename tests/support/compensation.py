@@ -4,6 +4,7 @@
 How LinuxCNC gets its fair chance: the head of bench/bench_compensation.py, which counts thousands of these cases;
 test_compensation_bench.py shows that it does.
 """
+
 import collections
 import os
 import subprocess
@@ -20,9 +21,9 @@ from support.canon import parse_rs274
 from support.contour_judge import judged
 from support.contour_random import contour_case
 
-GOUGE_MM = 1e-3             # four decimals of rs274's output are worth 1e-4 mm
-SAMPLE_MM = 0.1             # along the path, where the oracle measures
-RUN_S = 20                  # an interpreter that needs longer is counted as an alarm
+GOUGE_MM = 1e-3  # four decimals of rs274's output are worth 1e-4 mm
+SAMPLE_MM = 0.1  # along the path, where the oracle measures
+RUN_S = 20  # an interpreter that needs longer is counted as an alarm
 
 
 def seam(contour, result):
@@ -48,8 +49,14 @@ def program(contour, side, radius, index, t):
     start = elements.point_at(e, np.array([index]), np.array([t]))[0]
     ahead = elements.tangent_at(e, np.array([index]), np.array([t]))[0]
     reach = 1.5 * radius + 1.0
-    lines = ["G21 G90 G17 G40 G64", "G0 X%.6f Y%.6f Z5" % tuple(start - reach * ahead), "F1000",
-             f"G{41 if side == LEFT else 42}.1 D{2.0 * radius:.6f}", "G1 X%.6f Y%.6f" % tuple(start), "(contour)"]
+    lines = [
+        "G21 G90 G17 G40 G64",
+        "G0 X%.6f Y%.6f Z5" % tuple(start - reach * ahead),
+        "F1000",
+        f"G{41 if side == LEFT else 42}.1 D{2.0 * radius:.6f}",
+        "G1 X%.6f Y%.6f" % tuple(start),
+        "(contour)",
+    ]
     order = list(range(index, len(e))) + list(range(index + 1))
     here = start
     for number, k in enumerate(order):
@@ -68,8 +75,15 @@ def interpret(text, folder):
     source = Path(folder) / "case.ngc"
     source.write_text(text)
     try:
-        run = subprocess.run(["rs274", "-g", "-v", f"{folder}/case.var", str(source)], cwd=folder, text=True,
-                             env={**os.environ, "HOME": str(folder)}, capture_output=True, timeout=RUN_S, check=False)
+        run = subprocess.run(
+            ["rs274", "-g", "-v", f"{folder}/case.var", str(source)],
+            cwd=folder,
+            text=True,
+            env={**os.environ, "HOME": str(folder)},
+            capture_output=True,
+            timeout=RUN_S,
+            check=False,
+        )
     except subprocess.TimeoutExpired:
         return [], f"no end within {RUN_S} s"
     if run.returncode:
@@ -102,7 +116,7 @@ def judge_case(seed, kind, side, folder):
         contour = make_contour(parts)
         result = offset_contour(contour, side, radius)
         findings = judged(contour, side, radius, result)
-    except Exception:                                    # whatever it is, it is an alarm of ours
+    except Exception:  # whatever it is, it is an alarm of ours
         return counts + collections.Counter({"possible": 1, "our alarms": 1}), worst, {}
     place = seam(contour, result)
     if place is None:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Requests of G77 and G78, random ones too, and the verdict on one: shared by test_contour.py and test_g77_g78*.py."""
+
 import math
 
 import numpy as np
@@ -11,7 +12,7 @@ from support import contour_cycle_oracle as oracle
 from support.contour_oracle import from_elements
 from support.contour_random import contour_case
 
-NEAR = 1e-3     # mm: the target for a gouge
+NEAR = 1e-3  # mm: the target for a gouge
 
 
 def polygon(*points, closed=True):
@@ -23,17 +24,34 @@ def polygon(*points, closed=True):
 def rounded_square(size, fillet):
     """Counter-clockwise from the middle of the lower side."""
     s, f = size, fillet
-    rows = [((s / 2, 0), (s - f, 0), None), ((s - f, 0), (s, f), (s - f, f)), ((s, f), (s, s - f), None),
-            ((s, s - f), (s - f, s), (s - f, s - f)), ((s - f, s), (f, s), None), ((f, s), (0, s - f), (f, s - f)),
-            ((0, s - f), (0, f), None), ((0, f), (f, 0), (f, f)), ((f, 0), (s / 2, 0), None)]
-    return tuple(LineElement(a, b, k) if c is None else ArcElement(a, b, c, True, k)
-                 for k, (a, b, c) in enumerate(rows, 1))
+    rows = [
+        ((s / 2, 0), (s - f, 0), None),
+        ((s - f, 0), (s, f), (s - f, f)),
+        ((s, f), (s, s - f), None),
+        ((s, s - f), (s - f, s), (s - f, s - f)),
+        ((s - f, s), (f, s), None),
+        ((f, s), (0, s - f), (f, s - f)),
+        ((0, s - f), (0, f), None),
+        ((0, f), (f, 0), (f, f)),
+        ((f, 0), (s / 2, 0), None),
+    ]
+    return tuple(
+        LineElement(a, b, k) if c is None else ArcElement(a, b, c, True, k) for k, (a, b, c) in enumerate(rows, 1)
+    )
 
 
 def request(shape=rounded_square(40.0, 5.0), **changes):
     """A request with sensible numbers."""
-    words = dict(shape=tuple(shape), side=41, tool_radius=3.0, bottom=-6.0, clearance=2.0, feed=600.0, plunge_feed=200.0,
-                 start=(0.0, 0.0, 20.0))
+    words = dict(
+        shape=tuple(shape),
+        side=41,
+        tool_radius=3.0,
+        bottom=-6.0,
+        clearance=2.0,
+        feed=600.0,
+        plunge_feed=200.0,
+        start=(0.0, 0.0, 20.0),
+    )
     return ContourRequest(**{**words, **changes})
 
 
@@ -70,12 +88,18 @@ def random_request(seed):
     parts, radius = contour_case(seed, "filleted" if rng.random() < 0.5 else "bulged")
     if rng.random() < 0.3:
         k = int(rng.integers(len(parts)))
-        parts = (parts[k:] + parts[:k])[:-max(1, len(parts) // 3)]
+        parts = (parts[k:] + parts[:k])[: -max(1, len(parts) // 3)]
     passes = int(rng.choice([1, 1, 2, 3]))
-    return request(parts, side=int(rng.choice([41, 42])), tool_radius=float(radius), finish=bool(rng.random() < 0.5),
-                   allowance=float(rng.choice([0.0, 0.0, 0.3])), passes=passes,
-                   step=float(radius * rng.uniform(0.3, 1.5)) if passes > 1 else None,
-                   depth_step=float(rng.choice([3.0, 9.0])),
-                   approach=None if rng.random() < 0.5 else float(rng.uniform(0.5, 10.0)),
-                   angle=math.radians(float(rng.uniform(15, 85))),
-                   start=(float(rng.uniform(-30, 30)), 0.0, float(rng.choice([0.0, 2.0, 20.0]))))
+    return request(
+        parts,
+        side=int(rng.choice([41, 42])),
+        tool_radius=float(radius),
+        finish=bool(rng.random() < 0.5),
+        allowance=float(rng.choice([0.0, 0.0, 0.3])),
+        passes=passes,
+        step=float(radius * rng.uniform(0.3, 1.5)) if passes > 1 else None,
+        depth_step=float(rng.choice([3.0, 9.0])),
+        approach=None if rng.random() < 0.5 else float(rng.uniform(0.5, 10.0)),
+        angle=math.radians(float(rng.uniform(15, 85))),
+        start=(float(rng.uniform(-30, 30)), 0.0, float(rng.choice([0.0, 2.0, 20.0]))),
+    )

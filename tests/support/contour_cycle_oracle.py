@@ -17,7 +17,7 @@ import numpy as np
 from support import contour_oracle as shape_oracle
 from support.hole_oracle import rapid_faults  # noqa: F401  part of this oracle
 
-LEVEL = 1e-5    # heights nearer than this are one, mm
+LEVEL = 1e-5  # heights nearer than this are one, mm
 
 
 def plan_view(e):
@@ -53,15 +53,17 @@ def missed(elements, finish, closed, side, distances, levels):
 
 
 def slants(elements, finish):
-    """[(dz, angle in degrees, deviation from the outline's normal in rad, goes down)] of every feed that goes aslant."""
+    """[(dz, angle in degrees, deviation from the outline's normal in rad, goes down)] of every feed that goes
+    aslant."""
     found = []
     for e in elements:
         across, dz = math.dist(e.a[:2], e.b[:2]), abs(e.a[2] - e.b[2])
         if e.kind == "feed" and across > LEVEL and dz > LEVEL:
             low, high = sorted((e.a, e.b), key=lambda p: p[2])
             away = np.array(high[:2]) - np.array(low[:2])
-            found.append((dz, math.degrees(math.atan2(dz, across)), _off_normal(finish, low[:2], away),
-                          e.a[2] > e.b[2]))
+            found.append(
+                (dz, math.degrees(math.atan2(dz, across)), _off_normal(finish, low[:2], away), e.a[2] > e.b[2])
+            )
     return found
 
 
@@ -97,8 +99,11 @@ def _foot(el, point):
 
 def plunges(elements, finish, clearance):
     """[(x, y, distance to the finish shape)] of feeds straight down that end below the clearance plane."""
-    down = [e for e in elements if e.kind == "feed" and math.dist(e.a[:2], e.b[:2]) < 1e-9
-            and e.b[2] < min(e.a[2], clearance) - LEVEL]
+    down = [
+        e
+        for e in elements
+        if e.kind == "feed" and math.dist(e.a[:2], e.b[:2]) < 1e-9 and e.b[2] < min(e.a[2], clearance) - LEVEL
+    ]
     if not down:
         return []
     gap = shape_oracle.nearest(finish, np.array([e.b[:2] for e in down]))

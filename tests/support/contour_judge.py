@@ -4,6 +4,7 @@
 Run by itself it judges a replay file again:
     tools/judge contour build/replay_filleted_17.json
 """
+
 import json
 import os
 import sys
@@ -40,7 +41,7 @@ def verdict(parts, side, radius):
     try:
         contour = make_contour(parts)
         result = offset_contour(contour, side, radius)
-    except Exception as error:                          # any alarm is a finding
+    except Exception as error:  # any alarm is a finding
         return [f"alarm: {error!r}"]
     return judged(contour, side, radius, result)
 
@@ -89,28 +90,37 @@ def _region_verdict(shape, side, radius, loops, result):
     for region in regions:
         low, high = region.boundary.start.min(axis=0), region.boundary.start.max(axis=0)
         points.append(rng.uniform(low - 0.2 * (high - low), high + 0.2 * (high - low), (12, 2)))
-    wrong, most = oracle.wrongly_named(shape, side, radius, loops,
-                                       [oracle.from_elements(u.boundary) for u in regions],
-                                       np.concatenate(points))
+    wrong, most = oracle.wrongly_named(
+        shape, side, radius, loops, [oracle.from_elements(u.boundary) for u in regions], np.concatenate(points)
+    )
     found = [f"{len(wrong)} points named wrongly, first {wrong[0]}"] if len(wrong) else []
     return found + (["inaccessible regions overlap"] if most > 1 else [])
 
 
 def signature(result, reverse):
     """What must not depend on where and which way a contour starts."""
-    paths = sorted((type(p).__name__, float(elements.lengths(p.elements).sum()),
-                    (-1.0 if reverse else 1.0) * elements.area(p.elements) if p.closed else 0.0)
-                   for p in result.paths)
-    areas = sorted(u.area for u in result.inaccessible
-                   if isinstance(u, InaccessibleRegion) and u.area > 1e-4)
+    paths = sorted(
+        (
+            type(p).__name__,
+            float(elements.lengths(p.elements).sum()),
+            (-1.0 if reverse else 1.0) * elements.area(p.elements) if p.closed else 0.0,
+        )
+        for p in result.paths
+    )
+    areas = sorted(u.area for u in result.inaccessible if isinstance(u, InaccessibleRegion) and u.area > 1e-4)
     return paths, areas, result.loose
 
 
 def same(a, b, tolerance=1e-3):
-    return len(a[0]) == len(b[0]) and len(a[1]) == len(b[1]) and a[2] == b[2] == 0 \
-        and all(p[0] == q[0] and abs(p[1] - q[1]) < tolerance and abs(p[2] - q[2]) < tolerance
-                for p, q in zip(a[0], b[0])) \
+    return (
+        len(a[0]) == len(b[0])
+        and len(a[1]) == len(b[1])
+        and a[2] == b[2] == 0
+        and all(
+            p[0] == q[0] and abs(p[1] - q[1]) < tolerance and abs(p[2] - q[2]) < tolerance for p, q in zip(a[0], b[0])
+        )
         and all(abs(p - q) < tolerance for p, q in zip(a[1], b[1]))
+    )
 
 
 def variants(parts, side, radius):
@@ -121,8 +131,7 @@ def variants(parts, side, radius):
         for k in range(len(run)):
             count += 1
             try:
-                result = offset_contour(make_contour(run[k:] + run[:k]), -side if back else side,
-                                        radius)
+                result = offset_contour(make_contour(run[k:] + run[:k]), -side if back else side, radius)
                 mark = signature(result, back)
             except Exception as error:
                 found.append(f"alarm, backwards {back}, from {k}: {error!r}")
@@ -135,28 +144,35 @@ def variants(parts, side, radius):
 
 def write_replay(kind, seed, parts, side, radius, found):
     """Store a failing case; returns the path of the file."""
-    rows = [dict(start=[float(v) for v in q.start], end=[float(v) for v in q.end], line=q.line,
-                 **(dict(centre=[float(v) for v in q.centre], ccw=bool(q.ccw))
-                    if isinstance(q, ArcElement) else {})) for q in parts]
+    rows = [
+        dict(
+            start=[float(v) for v in q.start],
+            end=[float(v) for v in q.end],
+            line=q.line,
+            **(dict(centre=[float(v) for v in q.centre], ccw=bool(q.ccw)) if isinstance(q, ArcElement) else {}),
+        )
+        for q in parts
+    ]
     folder = ROOT / "build"
     folder.mkdir(exist_ok=True)
     path = folder / f"replay_{kind}_{seed}.json"
-    path.write_text(json.dumps(dict(kind=kind, seed=seed, side=side, radius=radius, found=found,
-                                    parts=rows), indent=1))
+    path.write_text(json.dumps(dict(kind=kind, seed=seed, side=side, radius=radius, found=found, parts=rows), indent=1))
     return path
 
 
 def read_replay(path):
     """(parts, side, radius) of a replay file."""
     case = json.loads(Path(path).read_text())
-    parts = [ArcElement(tuple(r["start"]), tuple(r["end"]), tuple(r["centre"]), r["ccw"], r["line"])
-             if "centre" in r else LineElement(tuple(r["start"]), tuple(r["end"]), r["line"])
-             for r in case["parts"]]
+    parts = [
+        ArcElement(tuple(r["start"]), tuple(r["end"]), tuple(r["centre"]), r["ccw"], r["line"])
+        if "centre" in r
+        else LineElement(tuple(r["start"]), tuple(r["end"]), r["line"])
+        for r in case["parts"]
+    ]
     return parts, case["side"], case["radius"]
 
 
 if __name__ == "__main__":
     case_parts, case_side, case_radius = read_replay(sys.argv[1])
-    for line in verdict(case_parts, case_side, case_radius) \
-            + variants(case_parts, case_side, case_radius)[1]:
+    for line in verdict(case_parts, case_side, case_radius) + variants(case_parts, case_side, case_radius)[1]:
         print(line)

@@ -8,6 +8,7 @@ raw offset with itself), inside and outside by winding angles.  Nothing is impor
 the kernel; it takes plain tuples
     ("L", x0, y0, x1, y1)   and   ("A", x0, y0, x1, y1, cx, cy, sweep).
 """
+
 import math
 
 import numpy as np
@@ -17,8 +18,10 @@ TAU = 2.0 * math.pi
 
 def from_elements(e):
     """Plain tuples of a kernel Elements run."""
-    return [("A", *e.start[k], *e.end[k], *e.centre[k], e.sweep[k]) if e.sweep[k] != 0.0
-            else ("L", *e.start[k], *e.end[k]) for k in range(len(e.radius))]
+    return [
+        ("A", *e.start[k], *e.end[k], *e.centre[k], e.sweep[k]) if e.sweep[k] != 0.0 else ("L", *e.start[k], *e.end[k])
+        for k in range(len(e.radius))
+    ]
 
 
 def radius_of(el):
@@ -27,8 +30,7 @@ def radius_of(el):
 
 def distance(el, p):
     """Exact distance of points p (m, 2) to one element."""
-    ends = np.minimum(np.hypot(p[:, 0] - el[1], p[:, 1] - el[2]),
-                      np.hypot(p[:, 0] - el[3], p[:, 1] - el[4]))
+    ends = np.minimum(np.hypot(p[:, 0] - el[1], p[:, 1] - el[2]), np.hypot(p[:, 0] - el[3], p[:, 1] - el[4]))
     if el[0] == "L":
         ux, uy = el[3] - el[1], el[4] - el[2]
         length = math.hypot(ux, uy)
@@ -68,8 +70,7 @@ def length(el):
 
 def samples(shape, step, least=9):
     """Points along every element, ends included."""
-    return np.concatenate([point(el, np.linspace(0.0, 1.0, least + int(length(el) / step)))
-                           for el in shape])
+    return np.concatenate([point(el, np.linspace(0.0, 1.0, least + int(length(el) / step))) for el in shape])
 
 
 def winding(shape, p):
@@ -144,17 +145,33 @@ def parallels(shape, closed, side, r):
             new = radius_of(el) + side * r * math.copysign(1.0, el[7])
             if new > 1e-6:
                 f = new / radius_of(el)
-                found.append((("A", el[5] + f * (el[1] - el[5]), el[6] + f * (el[2] - el[6]),
-                               el[5] + f * (el[3] - el[5]), el[6] + f * (el[4] - el[6]),
-                               el[5], el[6], el[7]), (k,)))
+                found.append(
+                    (
+                        (
+                            "A",
+                            el[5] + f * (el[1] - el[5]),
+                            el[6] + f * (el[2] - el[6]),
+                            el[5] + f * (el[3] - el[5]),
+                            el[6] + f * (el[4] - el[6]),
+                            el[5],
+                            el[6],
+                            el[7],
+                        ),
+                        (k,),
+                    )
+                )
     for k in range(n if closed else n - 1):
         a, b = shape[k], shape[(k + 1) % n]
         u, v = _direction(a, True), _direction(b, False)
         turn = math.atan2(u[0] * v[1] - u[1] * v[0], u[0] * v[0] + u[1] * v[1])
         if side * turn > 1e-5 and abs(turn) < math.pi - 1e-3:
             s = side * r
-            found.append((("A", a[3] + s * u[1], a[4] - s * u[0], a[3] + s * v[1],
-                           a[4] - s * v[0], a[3], a[4], turn), (k, (k + 1) % n)))
+            found.append(
+                (
+                    ("A", a[3] + s * u[1], a[4] - s * u[0], a[3] + s * v[1], a[4] - s * v[0], a[3], a[4], turn),
+                    (k, (k + 1) % n),
+                )
+            )
     return found
 
 
@@ -164,8 +181,7 @@ def _cuts(curve, shape, reach):
     for el in shape:
         circles = [(el[1], el[2], reach), (el[3], el[4], reach)]
         if el[0] == "A":
-            circles += [(el[5], el[6], radius_of(el) + reach),
-                        (el[5], el[6], abs(radius_of(el) - reach))]
+            circles += [(el[5], el[6], radius_of(el) + reach), (el[5], el[6], abs(radius_of(el) - reach))]
         else:
             ux, uy = _direction(el, False)
             for s in (reach, -reach):
@@ -179,8 +195,7 @@ def _parameter(curve, x, y):
     if curve[0] == "L":
         dx, dy = curve[3] - curve[1], curve[4] - curve[2]
         return ((x - curve[1]) * dx + (y - curve[2]) * dy) / (dx * dx + dy * dy)
-    turn = math.atan2(y - curve[6], x - curve[5]) - math.atan2(curve[2] - curve[6],
-                                                               curve[1] - curve[5])
+    turn = math.atan2(y - curve[6], x - curve[5]) - math.atan2(curve[2] - curve[6], curve[1] - curve[5])
     return (turn % TAU if curve[7] > 0.0 else -((-turn) % TAU)) / curve[7]
 
 
@@ -221,8 +236,7 @@ def _on_circle(curve, cx, cy, r):
     if square < 0.0:
         return []
     h, ux, uy = math.sqrt(square), (cx - curve[5]) / d, (cy - curve[6]) / d
-    return [_parameter(curve, curve[5] + mid * ux - s * h * uy, curve[6] + mid * uy + s * h * ux)
-            for s in (1.0, -1.0)]
+    return [_parameter(curve, curve[5] + mid * ux - s * h * uy, curve[6] + mid * uy + s * h * ux) for s in (1.0, -1.0)]
 
 
 def missing(shape, closed, side, r, path, slack=1e-6, tolerance=1e-5):
@@ -239,8 +253,7 @@ def missing_of_loops(loops, side, r, path, slack=1e-6, tolerance=1e-5):
     shape = [el for loop, _ in loops for el in loop]
     found, curves, first = [], [], 0
     for loop, closed in loops:
-        curves += [(curve, tuple(first + k for k in own))
-                   for curve, own in parallels(loop, closed, side, r)]
+        curves += [(curve, tuple(first + k for k in own)) for curve, own in parallels(loop, closed, side, r)]
         first += len(loop)
     for curve, own in curves:
         if length(curve) < 1e-9:
@@ -297,7 +310,7 @@ def reached(finish, side, r, loops, p):
     gap = nearest(path, p)
     turns = sum(winding(loop, p) for loop in loops)
     ccw = area(finish) > 0.0
-    if (side < 0) != ccw:                 # tool outside: far away counts as reached
+    if (side < 0) != ccw:  # tool outside: far away counts as reached
         turns = turns - 1 if ccw else turns + 1
     return (gap < r) | (turns != 0), gap
 
@@ -311,6 +324,5 @@ def wrongly_named(finish, side, r, loops, regions, p, margin=1e-5):
     clear = nearest(edges, p) > margin
     clear &= np.abs(nearest([el for loop in loops for el in loop], p) - r) > margin
     p = p[free & clear]
-    within = sum((winding(region, p) != 0).astype(int) for region in regions) \
-        if regions else np.zeros(len(p), int)
+    within = sum((winding(region, p) != 0).astype(int) for region in regions) if regions else np.zeros(len(p), int)
     return p[reached(finish, side, r, loops, p)[0] == (within != 0)], int(np.max(within, initial=0))

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The contour of the tests of G77 and G78, as a sub, as elements and as requests, and programs round it.  Called by tests/interpreter/test_g77_g78*.py."""
+"""The contour of the tests of G77 and G78, as a sub, as elements and as requests, and programs round it.  Called by
+tests/interpreter/test_g77_g78*.py."""
 
 import re
 
@@ -21,10 +22,16 @@ G1 X0
 G1 Y0
 o100 endsub
 """
-SHAPE = (LineElement((0.0, 0.0), (40.0, 0.0), 3), LineElement((40.0, 0.0), (40.0, 10.0), 4),
-         ArcElement((40.0, 10.0), (38.0, 12.0), (38.0, 10.0), True, 5), LineElement((38.0, 12.0), (16.0, 12.0), 6),
-         ArcElement((16.0, 12.0), (12.0, 16.0), (16.0, 16.0), False, 7), LineElement((12.0, 16.0), (12.0, 40.0), 8),
-         LineElement((12.0, 40.0), (0.0, 40.0), 9), LineElement((0.0, 40.0), (0.0, 0.0), 10))
+SHAPE = (
+    LineElement((0.0, 0.0), (40.0, 0.0), 3),
+    LineElement((40.0, 0.0), (40.0, 10.0), 4),
+    ArcElement((40.0, 10.0), (38.0, 12.0), (38.0, 10.0), True, 5),
+    LineElement((38.0, 12.0), (16.0, 12.0), 6),
+    ArcElement((16.0, 12.0), (12.0, 16.0), (16.0, 16.0), False, 7),
+    LineElement((12.0, 16.0), (12.0, 40.0), 8),
+    LineElement((12.0, 40.0), (0.0, 40.0), 9),
+    LineElement((0.0, 40.0), (0.0, 0.0), 10),
+)
 TOOLS = {1: 6.0, 3: 12.0}
 ROUGH = "G77 Q100 P42 I0.5 L2 D2.5 Z-6 R2 J4 F600 E200"
 FINISH = "G78 Q100 P42 K2 Z-6 R2 J4 F600 E200"

@@ -6,6 +6,7 @@ contours (edges of a polygon bulged into arcs, not tangent).  Half of each are r
 four decimals as a CAM system prints them, which makes arcs slightly impossible and
 tangents slightly wrong.  Shapes that cross themselves are thrown away by a test of its own.
 """
+
 import math
 
 import numpy as np
@@ -27,7 +28,7 @@ def _tangled(rng, n, size):
         if found is None:
             return p
         i, j = found
-        p[i + 1:j + 1] = p[i + 1:j + 1][::-1].copy()
+        p[i + 1 : j + 1] = p[i + 1 : j + 1][::-1].copy()
     return None
 
 
@@ -37,11 +38,11 @@ def _crossing_edges(p):
 
     def left(u, v, w):
         return (v[:, 0] - u[:, 0]) * (w[:, 1] - u[:, 1]) - (v[:, 1] - u[:, 1]) * (w[:, 0] - u[:, 0])
+
     i, j = np.triu_indices(n, 2)
     ok = ~((i == 0) & (j == n - 1))
     i, j = i[ok], j[ok]
-    hit = (left(a[i], b[i], a[j]) * left(a[i], b[i], b[j]) < 0) \
-        & (left(a[j], b[j], a[i]) * left(a[j], b[j], b[i]) < 0)
+    hit = (left(a[i], b[i], a[j]) * left(a[i], b[i], b[j]) < 0) & (left(a[j], b[j], a[i]) * left(a[j], b[j], b[i]) < 0)
     k = np.flatnonzero(hit)
     return None if not len(k) else (int(i[k[0]]), int(j[k[0]]))
 
@@ -100,7 +101,7 @@ def bulged(rng, **kind):
         if rng.random() < 0.4:
             parts.append(LineElement(tuple(a), tuple(b), k + 1))
             continue
-        half = math.exp(rng.uniform(math.log(0.05), math.log(2.2)))      # half the sweep
+        half = math.exp(rng.uniform(math.log(0.05), math.log(2.2)))  # half the sweep
         left = rng.random() < 0.5
         chord = b - a
         height = 0.5 * math.hypot(*chord) / math.tan(half)
@@ -112,17 +113,23 @@ def bulged(rng, **kind):
 
 def rounded(parts, digits=4):
     """The same parts as a post-processor prints them."""
+
     def r(p):
         return tuple(round(float(v), digits) for v in p)
-    return [ArcElement(r(q.start), r(q.end), r(q.centre), q.ccw, q.line)
-            if isinstance(q, ArcElement) else LineElement(r(q.start), r(q.end), q.line)
-            for q in parts]
+
+    return [
+        ArcElement(r(q.start), r(q.end), r(q.centre), q.ccw, q.line)
+        if isinstance(q, ArcElement)
+        else LineElement(r(q.start), r(q.end), q.line)
+        for q in parts
+    ]
 
 
 # Chords of flattened arcs: evenly, and ever denser towards both ends, where a neighbour at
 # a sharp angle may be crossed.
-_FLAT = np.unique(np.concatenate((np.linspace(0.0, 1.0, 24, endpoint=False),
-                                  0.5 ** np.arange(5, 15), 1.0 - 0.5 ** np.arange(5, 15))))
+_FLAT = np.unique(
+    np.concatenate((np.linspace(0.0, 1.0, 24, endpoint=False), 0.5 ** np.arange(5, 15), 1.0 - 0.5 ** np.arange(5, 15)))
+)
 
 
 def _flat(parts):
@@ -137,8 +144,7 @@ def _flat(parts):
         t = _FLAT
         r = math.hypot(q.start[0] - q.centre[0], q.start[1] - q.centre[1])
         angle = a + sweep * t
-        points.append(np.stack((q.centre[0] + r * np.cos(angle), q.centre[1] + r * np.sin(angle)),
-                               axis=1))
+        points.append(np.stack((q.centre[0] + r * np.cos(angle), q.centre[1] + r * np.sin(angle)), axis=1))
     return np.concatenate(points)
 
 
@@ -219,8 +225,7 @@ def _heap_outline(rng, cells):
     step = {}
     for x, y in heap:
         p, q, r, s = (x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)
-        for a, b, other in ((p, q, (x, y - 1)), (q, r, (x + 1, y)), (r, s, (x, y + 1)),
-                            (s, p, (x - 1, y))):
+        for a, b, other in ((p, q, (x, y - 1)), (q, r, (x + 1, y)), (r, s, (x, y + 1)), (s, p, (x - 1, y))):
             if other not in heap:
                 if a in step:
                     return None
@@ -235,15 +240,22 @@ def _heap_outline(rng, cells):
     if len(walk) != len(step):
         return None
     n = len(walk)
-    return [walk[k] for k in range(n)
-            if (walk[k][0] - walk[k - 1][0], walk[k][1] - walk[k - 1][1])
-            != (walk[(k + 1) % n][0] - walk[k][0], walk[(k + 1) % n][1] - walk[k][1])]
+    return [
+        walk[k]
+        for k in range(n)
+        if (walk[k][0] - walk[k - 1][0], walk[k][1] - walk[k - 1][1])
+        != (walk[(k + 1) % n][0] - walk[k][0], walk[(k + 1) % n][1] - walk[k][1])
+    ]
 
 
 def backwards(parts):
     """The same shape travelled the other way."""
-    return [ArcElement(q.end, q.start, q.centre, not q.ccw, q.line) if isinstance(q, ArcElement)
-            else LineElement(q.end, q.start, q.line) for q in reversed(parts)]
+    return [
+        ArcElement(q.end, q.start, q.centre, not q.ccw, q.line)
+        if isinstance(q, ArcElement)
+        else LineElement(q.end, q.start, q.line)
+        for q in reversed(parts)
+    ]
 
 
 def grid_case(seed):
@@ -264,11 +276,15 @@ def chords(parts, step):
             sweep = (b - a) % (2 * math.pi) if q.ccw else -((a - b) % (2 * math.pi))
             r = math.hypot(q.start[0] - q.centre[0], q.start[1] - q.centre[1])
             n = max(2, math.ceil(r * abs(sweep) / step))
-            points = [q.start] + [(q.centre[0] + r * math.cos(a + sweep * k / n),
-                                   q.centre[1] + r * math.sin(a + sweep * k / n))
-                                  for k in range(1, n)] + [q.end]
-        made += [LineElement(tuple(s), tuple(e), len(made) + k + 1)
-                 for k, (s, e) in enumerate(zip(points, points[1:]))]
+            points = (
+                [q.start]
+                + [
+                    (q.centre[0] + r * math.cos(a + sweep * k / n), q.centre[1] + r * math.sin(a + sweep * k / n))
+                    for k in range(1, n)
+                ]
+                + [q.end]
+            )
+        made += [LineElement(tuple(s), tuple(e), len(made) + k + 1) for k, (s, e) in enumerate(zip(points, points[1:]))]
     return rounded(made)
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Small contours with known answers, for the geometry tests."""
+
 import math
 
 import numpy as np
@@ -10,8 +11,7 @@ from chipwise.geometry.base.contour import ArcElement, LineElement, make_contour
 def polygon(*points, closed=True):
     """Contour of straight elements, source lines 1, 2, ..."""
     n = len(points)
-    return make_contour([LineElement(points[k], points[(k + 1) % n], k + 1)
-                         for k in range(n if closed else n - 1)])
+    return make_contour([LineElement(points[k], points[(k + 1) % n], k + 1) for k in range(n if closed else n - 1)])
 
 
 def run(start, *steps, close=False):
@@ -35,22 +35,31 @@ def circle(radius, centre=(0.0, 0.0), ccw=True, line=1):
 def slot(length, width):
     """Obround slot about the origin, counter-clockwise, two lines and two half circles."""
     a, r = 0.5 * length, 0.5 * width
-    return run((-a, -r), ("L", a, -r), ("A", a, r, a, 0.0, True), ("L", -a, r),
-               ("A", -a, -r, -a, 0.0, True))
+    return run((-a, -r), ("L", a, -r), ("A", a, r, a, 0.0, True), ("L", -a, r), ("A", -a, -r, -a, 0.0, True))
 
 
 def rounded_square(size, fillet):
     """Square from (0, 0), counter-clockwise, with four equal fillets."""
     s, f = size, fillet
-    return run((f, 0), ("L", s - f, 0), ("A", s, f, s - f, f, True), ("L", s, s - f),
-               ("A", s - f, s, s - f, s - f, True), ("L", f, s), ("A", 0, s - f, f, s - f, True),
-               ("L", 0, f), ("A", f, 0, f, f, True))
+    return run(
+        (f, 0),
+        ("L", s - f, 0),
+        ("A", s, f, s - f, f, True),
+        ("L", s, s - f),
+        ("A", s - f, s, s - f, s - f, True),
+        ("L", f, s),
+        ("A", 0, s - f, f, s - f, True),
+        ("L", 0, f),
+        ("A", f, 0, f, f, True),
+    )
 
 
 def path_length(path):
     e = path.elements
-    return sum(float(e.radius[k] * abs(e.sweep[k])) if e.sweep[k] else
-               math.hypot(*(e.end[k] - e.start[k])) for k in range(len(e)))
+    return sum(
+        float(e.radius[k] * abs(e.sweep[k])) if e.sweep[k] else math.hypot(*(e.end[k] - e.start[k]))
+        for k in range(len(e))
+    )
 
 
 def corners(path):

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A Dask cluster on this computer: a scheduler and workers, each a process of its own.  Used by tests/batch."""
+
 import contextlib
 import json
 import os
@@ -10,16 +11,23 @@ import time
 from support import ROOT
 
 PYTHON = "/usr/bin/python3"
-START_S = 240.0                 # of a process on a busy computer
+START_S = 240.0  # of a process on a busy computer
 PACKAGE = "python3-distributed"
 
 
 def installed():
     """Whether Dask can be imported, after an attempt to install it."""
+
     def here():
         return subprocess.run([PYTHON, "-c", "import distributed"], capture_output=True, check=False).returncode == 0
-    return here() or (subprocess.run([ROOT / "tools/deps", PACKAGE], stdin=subprocess.DEVNULL, capture_output=True,
-                                     check=False).returncode == 0 and here())
+
+    return here() or (
+        subprocess.run(
+            [ROOT / "tools/deps", PACKAGE], stdin=subprocess.DEVNULL, capture_output=True, check=False
+        ).returncode
+        == 0
+        and here()
+    )
 
 
 def wait_for(fact, what, seconds=START_S):
@@ -43,10 +51,23 @@ class Cluster:
             self.add_worker()
 
     def _start(self, module, *options):
-        log = open(self.folder / f"{module}-{len(self.workers)}.log", "wb")     # closed with the Popen's owner
+        log = open(self.folder / f"{module}-{len(self.workers)}.log", "wb")  # closed with the Popen's owner
         with log:
-            return subprocess.Popen([PYTHON, "-m", f"distributed.cli.{module}", "--scheduler-file", str(self.file), "--no-dashboard",
-                                     *options], stdin=subprocess.DEVNULL, stdout=log, stderr=log, cwd=self.folder)
+            return subprocess.Popen(
+                [
+                    PYTHON,
+                    "-m",
+                    f"distributed.cli.{module}",
+                    "--scheduler-file",
+                    str(self.file),
+                    "--no-dashboard",
+                    *options,
+                ],
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=log,
+                cwd=self.folder,
+            )
 
     def _address(self):
         assert self.scheduler.poll() is None, "the scheduler has ended"
@@ -55,8 +76,9 @@ class Cluster:
 
     def add_worker(self):
         name = f"worker{len(self.workers)}"
-        worker = self._start("dask_worker", "--no-nanny", "--nthreads", "1", "--name", name, "--local-directory",
-                             str(self.folder / name))
+        worker = self._start(
+            "dask_worker", "--no-nanny", "--nthreads", "1", "--name", name, "--local-directory", str(self.folder / name)
+        )
         self.workers.append(worker)
         log = self.folder / f"dask_worker-{len(self.workers) - 1}.log"
         wait_for(lambda: b"Registered to" in log.read_bytes(), name)

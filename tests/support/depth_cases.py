@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Moves in a small stock for the tests of the proof of depths (components/offline/depth_proof.c), and what is left of it by brute force."""
+"""Moves in a small stock for the tests of the proof of depths (components/offline/depth_proof.c), and what is left of
+it by brute force."""
+
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,23 +13,36 @@ from support.check_oracle import Needles, profile
 from support.random_cases import random_seed
 
 LOW, HIGH = (0.0, 0.0, -12.0), (14.0, 12.0, 0.0)
-SPACING = 0.05              # mm, of the oracle's needles
+SPACING = 0.05  # mm, of the oracle's needles
 
 
 def program_of(places, tool, kinds=None, low=LOW, high=HIGH, shape=0):
-    """What depths.py reads of a Program: moves from the first of the places (n, 3) to the others with one tool (diameter, corner, tip)."""
+    """What depths.py reads of a Program: moves from the first of the places (n, 3) to the others with one tool
+    (diameter, corner, tip)."""
     places = np.array(places, float)
-    events = [SimpleNamespace(kind=STOCK, at=0, line=1, values=(shape, 0.0, *low, *high)),
-              SimpleNamespace(kind=TOOL, at=0, line=2, values=(1, tool[0]))]
+    events = [
+        SimpleNamespace(kind=STOCK, at=0, line=1, values=(shape, 0.0, *low, *high)),
+        SimpleNamespace(kind=TOOL, at=0, line=2, values=(1, tool[0])),
+    ]
     end = places[1:]
-    return SimpleNamespace(end=end, start=lambda k: places[k], kind=np.full(len(end), FEED) if kinds is None else np.array(kinds),
-                           line=np.arange(len(end)) + 3, events=events, known_from=0)
+    return SimpleNamespace(
+        end=end,
+        start=lambda k: places[k],
+        kind=np.full(len(end), FEED) if kinds is None else np.array(kinds),
+        line=np.arange(len(end)) + 3,
+        events=events,
+        known_from=0,
+    )
 
 
 def geometry_of(tool, flute):
     diameter, corner, tip = tool
     shape = "vee" if tip else "ball" if corner == diameter / 2 else "bull" if corner else "flat"
-    return {1: ToolGeometry(shape=shape, corner_radius=corner if shape == "bull" else None, tip_angle=tip or None, flute_length=flute)}
+    return {
+        1: ToolGeometry(
+            shape=shape, corner_radius=corner if shape == "bull" else None, tip_angle=tip or None, flute_length=flute
+        )
+    }
 
 
 def witnesses(places, tool, flute, **more):

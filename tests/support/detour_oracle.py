@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Whether a cycle among clamps keeps clear of them, and whether it could: written apart from chipwise.cycles.detour.  Called by tests/cycles/test_detour.py.
+"""Whether a cycle among clamps keeps clear of them, and whether it could: written apart from chipwise.cycles.detour.
+Called by tests/cycles/test_detour.py.
 
-Distances are those of clamp_oracle.py, at places along the path.  Whether there is a route is looked for on a grid at the highest height, by flooding
-the cells whose middles are free; a route on the grid is one of the tool, since cells beside each other are nearer than GRID_MARGIN.  mm.
+Distances are those of clamp_oracle.py, at places along the path.  Whether there is a route is looked for on a grid at
+the highest height, by flooding the cells whose middles are free; a route on the grid is one of the tool, since cells
+beside each other are nearer than GRID_MARGIN.  mm.
 """
 
 import math
@@ -14,7 +16,7 @@ from chipwise.moves import Arc, Blend, Code, Copy, Rapid
 from support import clamp_oracle
 from support.detour_cases import REACH
 
-SAMPLED_MM = 0.004          # chords of 0.002 mm and the tangents of a rounded end, 0.00008 of its radius
+SAMPLED_MM = 0.004  # chords of 0.002 mm and the tangents of a rounded end, 0.00008 of its radius
 CELL, GRID_MARGIN = 0.5, 0.36
 STEP = 0.1
 
@@ -44,13 +46,21 @@ def _places(start, end, centre, move):
     radius = math.dist(start[:2], centre)
     share = np.linspace(0, 1, max(8, math.ceil(turn * radius / STEP)))
     angles = first + (turn if move.ccw else -turn) * share
-    return np.column_stack((centre[0] + radius * np.cos(angles), centre[1] + radius * np.sin(angles), start[2] + share * (end[2] - start[2])))
+    return np.column_stack(
+        (
+            centre[0] + radius * np.cos(angles),
+            centre[1] + radius * np.sin(angles),
+            start[2] + share * (end[2] - start[2]),
+        )
+    )
 
 
 def distance(case, places):
     """mm of the clamps from the tool, its shank and its holder at the nearest of the places."""
     parts = ["tool"] + ["holder"] * ("holder_diameter" in case.tool)
-    return min(float(clamp_oracle.grown(case.tool, part, clamp, places).min()) for clamp in case.clamps for part in parts)
+    return min(
+        float(clamp_oracle.grown(case.tool, part, clamp, places).min()) for clamp in case.clamps for part in parts
+    )
 
 
 def nearest(case, moves):
@@ -59,7 +69,8 @@ def nearest(case, moves):
 
 
 def hindered(case):
-    """(whether a cut of the plan comes nearer than the clearance, whether a link between its cuts has no route on the grid)."""
+    """(whether a cut of the plan comes nearer than the clearance, whether a link between its cuts has no route on the
+    grid)."""
     runs, cuts = [], []
     for rapid, places in segments(case.moves, case.start):
         if not rapid:
@@ -85,7 +96,9 @@ def _parts(case, z):
     free = np.full(x.size, True)
     for clamp in case.clamps:
         for part in ["tool"] + ["holder"] * ("holder_diameter" in case.tool):
-            free &= clamp_oracle.grown(case.tool, part, clamp, places) >= min(case.clearance + GRID_MARGIN, clamp_oracle.FAR)
+            free &= clamp_oracle.grown(case.tool, part, clamp, places) >= min(
+                case.clearance + GRID_MARGIN, clamp_oracle.FAR
+            )
     label = np.where(free.reshape(x.shape), -1, 0)
     number = 0
     for seed in np.argwhere(label == -1):

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Steps of scripted_display.py that look at processes, stop, kill and start them, chipwise-monitor above all.  Its head says what each step is."""
+"""Steps of scripted_display.py that look at processes, stop, kill and start them, chipwise-monitor above all.  Its head
+says what each step is."""
 
 import contextlib
 import ctypes
@@ -32,19 +33,25 @@ def parent_of(pid):
 
 
 def hal_answers():
-    """Whether the mutex of HAL is free.  A process that is stopped while it holds it keeps it, and halcmd, screens and this program wait for ever."""
-    asked = subprocess.Popen(['halcmd', '-s', 'show', 'comp', 'halcmd'], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    with contextlib.suppress(subprocess.TimeoutExpired):        # it ends by itself when the mutex is free
+    """Whether the mutex of HAL is free.  A process that is stopped while it holds it keeps it, and halcmd, screens and
+    this program wait for ever."""
+    asked = subprocess.Popen(
+        ["halcmd", "-s", "show", "comp", "halcmd"],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    with contextlib.suppress(subprocess.TimeoutExpired):  # it ends by itself when the mutex is free
         asked.wait(HAL_ANSWERS_S * session.SPEED)
     return asked.returncode is not None
 
 
 def stop(pid):
-    """SIGSTOP, but not while the process reads or writes one of LinuxCNC's buffers or reads from HAL: nobody else could then, LinuxCNC itself
-    included, and LinuxCNC gives up."""
+    """SIGSTOP, but not while the process reads or writes one of LinuxCNC's buffers or reads from HAL: nobody else could
+    then, LinuxCNC itself included, and LinuxCNC gives up."""
     while True:
         send(pid, signal.SIGSTOP)
-        while processes.stat_fields(pid)[:1] not in (['T'], ['Z'], ['X'], []):
+        while processes.stat_fields(pid)[:1] not in (["T"], ["Z"], ["X"], []):
             time.sleep(0.001)
         if not buffers.held_by(pid) and hal_answers():
             return
@@ -65,7 +72,9 @@ class ProcessSteps:
 
     @staticmethod
     def planners():
-        return sum(any(b'planner/server.py' in word for word in processes.command_line(pid)) for pid in processes.pids())
+        return sum(
+            any(b"planner/server.py" in word for word in processes.command_line(pid)) for pid in processes.pids()
+        )
 
     @staticmethod
     def kill(name):
@@ -76,17 +85,17 @@ class ProcessSteps:
     def waited():
         """s for which LinuxCNC and this program have waited for a processor."""
         total = 0
-        for process in [os.getpid()] + processes.named('milltask', 'rtapi_app', 'io'):
-            for thread in os.listdir(f'/proc/{process}/task'):
-                with open(f'/proc/{process}/task/{thread}/schedstat') as handle:
+        for process in [os.getpid()] + processes.named("milltask", "rtapi_app", "io"):
+            for thread in os.listdir(f"/proc/{process}/task"):
+                with open(f"/proc/{process}/task/{thread}/schedstat") as handle:
                     total += int(handle.read().split()[1])
         return total / 1e9
 
     @staticmethod
     def monitors():
-        """Processes of chipwise-monitor that live.  A child of the one that works has the same command line until it runs another program,
-        and until then its parent cannot be stopped (vfork): it is left alone."""
-        both = {pid: parent_of(pid) for pid in processes.pids() if processes.command_line(pid)[-1:] == [b'monitor']}
+        """Processes of chipwise-monitor that live.  A child of the one that works has the same command line until it
+        runs another program, and until then its parent cannot be stopped (vfork): it is left alone."""
+        both = {pid: parent_of(pid) for pid in processes.pids() if processes.command_line(pid)[-1:] == [b"monitor"]}
         return [pid for pid, parent in both.items() if both.get(parent) not in both]
 
     def kill_monitor(self):
@@ -118,7 +127,7 @@ class ProcessSteps:
 
     def busy(self, number):
         for _ in range(number):
-            subprocess.Popen(['sh', '-c', 'while :; do :; done'], stdin=subprocess.DEVNULL)
+            subprocess.Popen(["sh", "-c", "while :; do :; done"], stdin=subprocess.DEVNULL)
 
     def hold_status(self, seconds):
         """The semaphore of emcStatus."""
@@ -127,19 +136,21 @@ class ProcessSteps:
         take, give = (buffers.Step(0, step, 0) for step in (-1, 1))
         for operation, pause in ((take, seconds * session.SPEED), (give, 0)):
             if number < 0 or libc.semop(number, ctypes.byref(operation), 1):
-                raise session.SessionError('status buffer: %s' % os.strerror(ctypes.get_errno()))
+                raise session.SessionError("status buffer: %s" % os.strerror(ctypes.get_errno()))
             time.sleep(pause)
 
     def signal_monitor(self, name):
         for process in self.monitors():
-            stop(process) if name == 'STOP' else send(process, getattr(signal, 'SIG' + name))
+            stop(process) if name == "STOP" else send(process, getattr(signal, "SIG" + name))
 
     def kill_monitor_in(self, line, what, seconds):
         monitors = self.monitors()
-        before = set(os.listdir(what)) if what != 'hold' else ()
-        self.machine.set_mode(linuxcnc.MODE_MDI, 'MDI')
-        while not self.caught(line, lambda: hal.get_value('chipwise-monitor.hold') if what == 'hold' else set(os.listdir(what)) - before):
-            self.errors()               # of the line that was over before this program had a look: it is begun again
+        before = set(os.listdir(what)) if what != "hold" else ()
+        self.machine.set_mode(linuxcnc.MODE_MDI, "MDI")
+        while not self.caught(
+            line, lambda: hal.get_value("chipwise-monitor.hold") if what == "hold" else set(os.listdir(what)) - before
+        ):
+            self.errors()  # of the line that was over before this program had a look: it is begun again
         time.sleep(seconds)
         kill(monitors)
         while self.monitors():
@@ -152,32 +163,46 @@ class ProcessSteps:
 
         def seen(status):
             nonlocal idle
-            idle = idle + 1 if status.echo_serial_number >= self.machine.command.serial and status.interp_state == linuxcnc.INTERP_IDLE else 0
+            idle = (
+                idle + 1
+                if status.echo_serial_number >= self.machine.command.serial
+                and status.interp_state == linuxcnc.INTERP_IDLE
+                else 0
+            )
             return idle > IDLE_POLLS or bool(there())
+
         self.machine.wait(line, seen, WAIT_S)
         return idle <= IDLE_POLLS
 
     def start_monitor(self):
-        program = os.path.join(os.path.dirname(os.path.abspath(__file__)), '..', '..', 'bin', 'chipwise')
-        env = {name: value for name, value in os.environ.items() if name != 'INI_FILE_NAME'}
-        env['PYTHONFAULTHANDLER'] = '1'         # for what_it_does()
-        started = subprocess.Popen([program, 'monitor'], cwd='/', env=env, stdin=subprocess.DEVNULL)
+        program = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "bin", "chipwise")
+        env = {name: value for name, value in os.environ.items() if name != "INI_FILE_NAME"}
+        env["PYTHONFAULTHANDLER"] = "1"  # for what_it_does()
+        started = subprocess.Popen([program, "monitor"], cwd="/", env=env, stdin=subprocess.DEVNULL)
 
         def ready(_status):
-            states = [line.split() for line in halcmd.attempt('show', 'comp').stdout.splitlines()]
+            states = [line.split() for line in halcmd.attempt("show", "comp").stdout.splitlines()]
             if started.poll() is not None:
-                raise session.SessionError(f'the new chipwise-monitor has ended with status {started.returncode}')
-            return any(words[2].startswith('chipwise-monitor') and words[3:] == [str(started.pid), 'ready']
-                       for words in states if len(words) > 3)
+                raise session.SessionError(f"the new chipwise-monitor has ended with status {started.returncode}")
+            return any(
+                words[2].startswith("chipwise-monitor") and words[3:] == [str(started.pid), "ready"]
+                for words in states
+                if len(words) > 3
+            )
+
         try:
-            self.machine.wait('a new chipwise-monitor', ready, WAIT_S)
+            self.machine.wait("a new chipwise-monitor", ready, WAIT_S)
         except session.SessionError as error:
-            raise session.SessionError(f'{error}; {self.what_it_does(started.pid)}') from error
+            raise session.SessionError(f"{error}; {self.what_it_does(started.pid)}") from error
 
     @staticmethod
     def what_it_does(pid):
-        """A process and those it started, and the components in HAL, for a failure's text; where it is in its source it prints."""
-        there = [(each, processes.command_line(each), processes.stat_fields(each)[:1]) for each in [pid, *processes.descendants(pid)]]
-        text = f'{there}\n{halcmd.attempt("show", "comp").stdout}'
+        """A process and those it started, and the components in HAL, for a failure's text; where it is in its source it
+        prints."""
+        there = [
+            (each, processes.command_line(each), processes.stat_fields(each)[:1])
+            for each in [pid, *processes.descendants(pid)]
+        ]
+        text = f"{there}\n{halcmd.attempt('show', 'comp').stdout}"
         send(pid, signal.SIGABRT)
         return text

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Steps of scripted_display.py that run a program and stop it: as the buttons of a screen do.  Its head says what each step is."""
+"""Steps of scripted_display.py that run a program and stop it: as the buttons of a screen do.  Its head says what each
+step is."""
 
 import operator as relations
 import tempfile
@@ -10,14 +11,16 @@ import linuxcnc
 
 from chipwise.headless import session
 
-IDLE_POLLS = 20             # a program that has been idle so often is over, however short it was
+IDLE_POLLS = 20  # a program that has been idle so often is over, however short it was
 # In real time, however fast the clock is: a busy computer takes that longer.
-WAIT_S = 400 * session.SPEED        # for a step
-REST_LOOKS = 4              # at a machine at rest, one after the other, each after a servo period: see rest()
-RELATIONS = {'>': relations.gt, '<': relations.le, '=': relations.eq}
-PERIOD_PIN = 'motion-controller.time'       # of the last servo period, ns: never twice the same but by chance
-RUNNING_PIN = 'chipwise-monitor.program-running'
-SEEN_S = 15.0               # that a busy computer may keep chipwise-monitor from seeing the end of a program; one that is dead never does
+WAIT_S = 400 * session.SPEED  # for a step
+REST_LOOKS = 4  # at a machine at rest, one after the other, each after a servo period: see rest()
+RELATIONS = {">": relations.gt, "<": relations.le, "=": relations.eq}
+PERIOD_PIN = "motion-controller.time"  # of the last servo period, ns: never twice the same but by chance
+RUNNING_PIN = "chipwise-monitor.program-running"
+SEEN_S = (
+    15.0  # that a busy computer may keep chipwise-monitor from seeing the end of a program; one that is dead never does
+)
 
 
 class ProgramSteps:
@@ -27,7 +30,7 @@ class ProgramSteps:
         self.machine.open(program)
 
     def run_from(self, line=0):
-        self.machine.set_mode(linuxcnc.MODE_AUTO, 'auto')
+        self.machine.set_mode(linuxcnc.MODE_AUTO, "auto")
         self.run(line)
 
     def run_until_stopped(self, seconds, line=0):
@@ -36,8 +39,8 @@ class ProgramSteps:
         while time.monotonic() < end and idle < IDLE_POLLS:
             self.machine.poll()
             status = self.machine.status
-            if self.pins('chipwise-guard.0.stop') == ['TRUE']:
-                self.machine.wait('stand', lambda s: s.current_vel == 0)
+            if self.pins("chipwise-guard.0.stop") == ["TRUE"]:
+                self.machine.wait("stand", lambda s: s.current_vel == 0)
                 time.sleep(0.2)
                 return True
             idle = idle + 1 if status.interp_state == linuxcnc.INTERP_IDLE and status.inpos else 0
@@ -46,14 +49,14 @@ class ProgramSteps:
 
     def run_until(self, axis, value):
         self.run_from()
-        self.machine.wait('axis %d at %g' % (axis, value), lambda s: s.position[axis] > value, WAIT_S)
+        self.machine.wait("axis %d at %g" % (axis, value), lambda s: s.position[axis] > value, WAIT_S)
 
     def start(self, text):
         self.open_text(text)
         self.run()
 
     def open_text(self, text):
-        with tempfile.NamedTemporaryFile('w', suffix='.ngc', delete=False) as program:
+        with tempfile.NamedTemporaryFile("w", suffix=".ngc", delete=False) as program:
             program.write(text)
         self.machine.open(program.name)
 
@@ -66,37 +69,44 @@ class ProgramSteps:
             nonlocal idle
             idle += status.echo_serial_number >= self.machine.command.serial
             return status.interp_state != linuxcnc.INTERP_IDLE or len(self.machine.errors) > errors or idle > IDLE_POLLS
-        self.machine.wait('start', started)
+
+        self.machine.wait("start", started)
 
     def until(self, pin, relation, number):
         holds = RELATIONS[relation]
         if pin in self.record.columns:
-            self.machine.wait(f'{pin} {relation} {number}', self.record.first(pin, lambda value: holds(value, number)), WAIT_S)
+            self.machine.wait(
+                f"{pin} {relation} {number}", self.record.first(pin, lambda value: holds(value, number)), WAIT_S
+            )
             return self.record.row(self.record.mark)[self.record.columns[pin]]
-        self.machine.wait(f'{pin} {relation} {number}', lambda _s: holds(hal.get_value(pin), number), WAIT_S)
+        self.machine.wait(f"{pin} {relation} {number}", lambda _s: holds(hal.get_value(pin), number), WAIT_S)
         self.record.now()
         return hal.get_value(pin)
 
     def pause(self):
         self.machine.command.auto(linuxcnc.AUTO_PAUSE)
-        self.machine.wait('pause', lambda s: s.paused and s.current_vel < 1e-9)
+        self.machine.wait("pause", lambda s: s.paused and s.current_vel < 1e-9)
 
     def until_paused(self):
-        self.machine.wait('a pause of the program', lambda s: s.interp_state == linuxcnc.INTERP_PAUSED and s.current_vel < 1e-9, WAIT_S)
+        self.machine.wait(
+            "a pause of the program",
+            lambda s: s.interp_state == linuxcnc.INTERP_PAUSED and s.current_vel < 1e-9,
+            WAIT_S,
+        )
 
     def optional_stop(self, stops):
         self.machine.command.set_optional_stop(stops)
-        self.machine.wait('optional stop', lambda s: s.optional_stop == stops)
+        self.machine.wait("optional stop", lambda s: s.optional_stop == stops)
 
     def resume(self):
         self.machine.command.auto(linuxcnc.AUTO_RESUME)
-        self.machine.wait('resume', lambda s: not s.paused)
+        self.machine.wait("resume", lambda s: not s.paused)
 
     def rest(self, what):
         """Wait until the line or program is over and the axes rest.
 
-        A machine that has taken a move and not begun it looks like one at rest, for as long as a busy computer lets the task or the servo
-        thread wait.  So it has to rest in several looks, between which both have been at work."""
+        A machine that has taken a move and not begun it looks like one at rest, for as long as a busy computer lets the
+        task or the servo thread wait.  So it has to rest in several looks, between which both have been at work."""
         looks, period = 0, None
 
         def at_rest(status):
@@ -104,14 +114,16 @@ class ProgramSteps:
             before, period = period, hal.get_value(PERIOD_PIN)
             looks = looks + (period != before) if session.is_at_rest(status) else 0
             return looks >= REST_LOOKS
+
         self.machine.wait(what, at_rest, WAIT_S)
 
     def end_is_seen(self):
-        """Wait until chipwise-monitor knows that no program runs, which a busy computer lets it see long after the task's status says so."""
+        """Wait until chipwise-monitor knows that no program runs, which a busy computer lets it see long after the
+        task's status says so."""
         end = time.monotonic() + SEEN_S
-        while hal.component_exists('chipwise-monitor') and hal.get_value(RUNNING_PIN) and time.monotonic() < end:
+        while hal.component_exists("chipwise-monitor") and hal.get_value(RUNNING_PIN) and time.monotonic() < end:
             time.sleep(0.01)
-        time.sleep(0.02)        # and a few servo periods more for those that read the pin
+        time.sleep(0.02)  # and a few servo periods more for those that read the pin
 
     def reverse(self):
         self.machine.command.auto(linuxcnc.AUTO_REVERSE)
@@ -124,10 +136,12 @@ class ProgramSteps:
         for count in range(1, most + 1):
             self.machine.command.auto(linuxcnc.AUTO_STEP)
             # not wait_complete(): the task calls a program in single steps under way until its end
-            self.machine.wait('the task has the step', lambda s: s.echo_serial_number >= self.machine.command.serial, WAIT_S)
+            self.machine.wait(
+                "the task has the step", lambda s: s.echo_serial_number >= self.machine.command.serial, WAIT_S
+            )
             self.record.now()
             self.sleep(0.2)
-            self.machine.wait('step', lambda s: s.current_vel < 1e-9, WAIT_S)
+            self.machine.wait("step", lambda s: s.current_vel < 1e-9, WAIT_S)
             if self.machine.status.interp_state == linuxcnc.INTERP_IDLE:
                 self.end_is_seen()
                 return count
@@ -135,47 +149,51 @@ class ProgramSteps:
 
     def abort(self):
         self.machine.command.abort()
-        self.machine.wait('abort', lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos)
+        self.machine.wait("abort", lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos)
         self.end_is_seen()
 
     def stop(self, how, seconds):
         machine = self.machine
-        machine.set_mode(linuxcnc.MODE_AUTO, 'auto')
+        machine.set_mode(linuxcnc.MODE_AUTO, "auto")
         machine.command.auto(linuxcnc.AUTO_RUN, 0)
         time.sleep(seconds)
         machine.poll()
         busy = machine.status.interp_state != linuxcnc.INTERP_IDLE
         waited, began = self.waited(), time.monotonic()
-        if how == 'abort':
+        if how == "abort":
             machine.command.abort()
         else:
             machine.command.state(linuxcnc.STATE_ESTOP)
         times = []
-        for done in (lambda s: s.task_state == linuxcnc.STATE_ESTOP if how == 'estop' else
-                     s.interp_state == linuxcnc.INTERP_IDLE, lambda s: s.current_vel == 0):
+        for done in (
+            lambda s: (
+                s.task_state == linuxcnc.STATE_ESTOP if how == "estop" else s.interp_state == linuxcnc.INTERP_IDLE
+            ),
+            lambda s: s.current_vel == 0,
+        ):
             while True:
                 machine.poll()
                 if done(machine.status) or time.monotonic() - began > WAIT_S:
                     break
                 time.sleep(0.002)
             times.append(time.monotonic() - began - (self.waited() - waited))
-        if how == 'estop':
+        if how == "estop":
             machine.switch_on()
         return dict(served=times[0], stood=times[1], busy=busy)
 
     def begin(self):
-        self.machine.set_mode(linuxcnc.MODE_AUTO, 'auto')
+        self.machine.set_mode(linuxcnc.MODE_AUTO, "auto")
         self.machine.command.auto(linuxcnc.AUTO_RUN, 0)
 
     def finish(self):
-        self.rest('end of program')
+        self.rest("end of program")
         self.end_is_seen()
         return self.errors()
 
     def over(self, seconds, *pins):
         if all(pin in self.record.columns for pin in pins):
             return self.record.span(seconds, pins)
-        end, found = time.monotonic() + seconds, [[float('inf'), float('-inf')] for _ in pins]
+        end, found = time.monotonic() + seconds, [[float("inf"), float("-inf")] for _ in pins]
         while time.monotonic() < end:
             for span, pin in zip(found, pins):
                 value = float(hal.get_value(pin))

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Drawings as CAD programs write them, by ezdxf, each with what is to be cut of it: {name: (function of a modelspace, truth)}.
+"""Drawings as CAD programs write them, by ezdxf, each with what is to be cut of it: {name: (function of a modelspace,
+truth)}.
 
 A truth is {layer: [(area mm2, islands), ..]} of the pockets, the larger first; areas by closed forms.
 """
+
 import math
 
 import ezdxf
 
-QUARTER = math.tan(math.pi / 8)             # bulge of a quarter of a circle
+QUARTER = math.tan(math.pi / 8)  # bulge of a quarter of a circle
 BOX = {"0": [(1200.0, 0)]}
 
 
@@ -147,7 +149,7 @@ def fit_points(doc, m):
 
 
 CIRCLE, HALF = math.pi * 100, math.pi * 2
-TRUTHS = {                  # name: (draws, version, $INSUNITS, truth, words that must be said)
+TRUTHS = {  # name: (draws, version, $INSUNITS, truth, words that must be said)
     "shuffled": (shuffled, "R2010", 4, BOX, "unit mm, as its header says"),
     "gaps": (gaps, "R2010", 4, BOX, "3 gaps up to 0.0040 mm are joined (tolerance 0.01 mm)"),
     "doubled": (doubled, "R2010", 4, BOX, "4 lines or arcs that are drawn twice count once"),
@@ -159,9 +161,21 @@ TRUTHS = {                  # name: (draws, version, $INSUNITS, truth, words tha
     "blocks": (blocks, "R2010", 4, {"0": [(120 - 2 * HALF, 1), (60 - HALF, 1), (60 - HALF, 1)]}, ""),
     "array_of_blocks": (array_of_blocks, "R2010", 4, {"0": [(60.0, 0)] * 6}, ""),
     "inch": (small_rectangle, "R2010", 1, {"0": [(50.8 * 38.1, 0)]}, "unit inch, as its header says"),
-    "imperial": (imperial, "R2010", 0, {"0": [(50.8 * 38.1, 0)]}, "its header names no unit; inch is taken, as $MEASUREMENT is 0"),
+    "imperial": (
+        imperial,
+        "R2010",
+        0,
+        {"0": [(50.8 * 38.1, 0)]},
+        "its header names no unit; inch is taken, as $MEASUREMENT is 0",
+    ),
     "downward": (downward, "R2010", 4, {"0": [(math.pi * 25, 0)]}, ""),
-    "hidden_layers": (hidden_layers, "R2010", 4, {"CUT": [(1200.0, 0)], "DIM": []}, "8 elements on layers that are off, frozen or not plotted are left out"),
+    "hidden_layers": (
+        hidden_layers,
+        "R2010",
+        4,
+        {"CUT": [(1200.0, 0)], "DIM": []},
+        "8 elements on layers that are off, frozen or not plotted are left out",
+    ),
     "old_polyline": (old_polyline, "R12", 4, BOX, ""),
     "overlap": (overlap, "R2010", 4, BOX, ""),
     "junction": (junction, "R2010", 4, BOX, "1 chains are open: X30.000 Y0.000 to X30.000 Y20.000"),

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The engagement of a tool along what it did, exactly, by judge_engagement.c; nothing of the package is in it.
 
-Takes the elements of support.hole_oracle.walk().  Levels are judged one by one: what is cleared above counts for nothing below.
-Lengths mm, angles rad.
+Takes the elements of support.hole_oracle.walk().  Levels are judged one by one: what is cleared above counts for
+nothing below.  Lengths mm, angles rad.
 """
+
 import ctypes as C
 import math
 from dataclasses import dataclass
@@ -12,17 +13,29 @@ import numpy as np
 
 from support.judge import library, pointer
 
-AIR = 0.06          # rad: less is in air
-FULL = 3.0          # rad: more is a full slot
+AIR = 0.06  # rad: less is in air
+FULL = 3.0  # rad: more is a full slot
 
 
 def exact(pieces, asked, radius, spacing=0.1):
-    """Rows (n, 6): piece, x, y, heading, engagement, length.  pieces (n, 7): start, end, centre, sweep; asked (n,) bool."""
+    """Rows (n, 6): piece, x, y, heading, engagement, length.  pieces (n, 7): start, end, centre, sweep; asked (n,)
+    bool."""
     pieces, asked = np.ascontiguousarray(pieces, float), np.ascontiguousarray(asked, np.uint8)
-    lengths = np.where(pieces[:, 6] != 0.0, np.hypot(*(pieces[:, :2] - pieces[:, 4:6]).T) * np.abs(pieces[:, 6]),
-                       np.hypot(*(pieces[:, 2:4] - pieces[:, :2]).T))
+    lengths = np.where(
+        pieces[:, 6] != 0.0,
+        np.hypot(*(pieces[:, :2] - pieces[:, 4:6]).T) * np.abs(pieces[:, 6]),
+        np.hypot(*(pieces[:, 2:4] - pieces[:, :2]).T),
+    )
     out = np.empty((int(lengths.sum() / spacing) + len(pieces) + 1, 6))
-    count = library().judge_engagement(C.c_long(len(pieces)), pointer(pieces), pointer(asked), C.c_double(radius), C.c_double(spacing), pointer(out), C.c_long(len(out)))
+    count = library().judge_engagement(
+        C.c_long(len(pieces)),
+        pointer(pieces),
+        pointer(asked),
+        C.c_double(radius),
+        C.c_double(spacing),
+        pointer(out),
+        C.c_long(len(out)),
+    )
     assert count >= 0
     return out[:count]
 
@@ -69,7 +82,8 @@ class Engagement:
 
 
 def engagement(moves, level, radius, spacing=0.1, without=()):
-    """Engagement of the moves at a level; without: numbers of feeds at it that are not judged (an entry's last turn)."""
+    """Engagement of the moves at a level; without: numbers of feeds at it that are not judged (an entry's last
+    turn)."""
     pieces, asked = pieces_of(moves, level)
     asked[list(without)] = False
     return Engagement(exact(pieces, asked, radius, spacing))

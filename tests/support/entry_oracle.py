@@ -1,16 +1,18 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What a typed line of data must give, written apart from remap/chipwise/entry: from docs/user, letter by letter, with fractions.
+"""What a typed line of data must give, written apart from remap/chipwise/entry: from docs/user, letter by letter, with
+fractions.
 
-    expected("G79", "100,-8,,5")    ("G79", (("Q", 100), ("Z", -8), ("R", 5)))
-    expected("G79", "100,x")        2: the place at which the error must be
-    typed(code, rng)                a random line, right, wrong or doubtful
+expected("G79", "100,-8,,5")    ("G79", (("Q", 100), ("Z", -8), ("R", 5)))
+expected("G79", "100,x")        2: the place at which the error must be
+typed(code, rng)                a random line, right, wrong or doubtful
 """
 
 from fractions import Fraction
 
 DIGITS = "0123456789"
 
-# Code: its data in order.  ! required; > above 0; + 0 or more; i whole; i3-7 a whole number from 3 to 7; {..} one of these
+# Code: its data in order.  ! required; > above 0; + 0 or more; i whole; i3-7 a whole number from 3 to 7; {..} one of
+# these
 SPEC = {
     "G12": "X Y I!> Z! R K> Q> J> E> F> H{0}",
     "G13": "X Y I!> Z! R K> Q> J> E> F> H{0}",
@@ -29,7 +31,8 @@ SPEC = {
     "M253": "P!i0-9",
     "M254": "P!i0-9 R{180} H{1,2} I J K",
     "M255": "P!i1-999 Q!i1-99 H{0,1}",
-    "M256": "P!i0-999"}
+    "M256": "P!i0-999",
+}
 
 
 def expected(code, text):
@@ -114,8 +117,31 @@ def meaning(line):
 
 # ---- random lines ----------------------------------------------------------------------------------------------
 
-WRONG = ("x", "1e3", "nan", "inf", "--1", "1.2.3", ".", "-", "+.", "0x10", "1 5", "\u0663", "1_0", "#1", "[1+2]", "Q1", "1.5mm", "\x00", "12345678901",
-         "0.0000000001", "1\n2", "'", "1/2")
+WRONG = (
+    "x",
+    "1e3",
+    "nan",
+    "inf",
+    "--1",
+    "1.2.3",
+    ".",
+    "-",
+    "+.",
+    "0x10",
+    "1 5",
+    "\u0663",
+    "1_0",
+    "#1",
+    "[1+2]",
+    "Q1",
+    "1.5mm",
+    "\x00",
+    "12345678901",
+    "0.0000000001",
+    "1\n2",
+    "'",
+    "1/2",
+)
 
 
 def typed(code, rng):
@@ -127,8 +153,8 @@ def typed(code, rng):
     text = comma.join(places)
     if rng.random() < 0.05 and text:
         at = rng.randrange(len(text))
-        text = text[:at] + rng.choice((",", ";", " ", ".", "-", ", ", "0", ",0")) + text[at + rng.randint(0, 1):]
-    if rng.random() < 0.04:         # a decimal comma
+        text = text[:at] + rng.choice((",", ";", " ", ".", "-", ", ", "0", ",0")) + text[at + rng.randint(0, 1) :]
+    if rng.random() < 0.04:  # a decimal comma
         text = text.replace(".", ",", 1)
     if rng.random() < 0.01:
         text = text.replace("-", "-0,", 1)
@@ -143,12 +169,15 @@ def one(datum, rng):
     if chance < (0.03 if "!" in datum else 0.45):
         return ""
     if "{" in datum:
-        value = int(rng.choice(datum[datum.index("{") + 1:-1].split(",")))
+        value = int(rng.choice(datum[datum.index("{") + 1 : -1].split(",")))
     elif "i" in datum:
         value = rng.choice((1, 2, 5, 9, rng.randint(1, 9), rng.randint(1, 250)))
     else:
-        value = round(rng.choice((1, 1, 1, -1 if ">" not in datum and "+" not in datum else 1)) * rng.choice((
-            rng.uniform(0, 1), rng.uniform(0, 100), rng.randint(0, 50), rng.uniform(0, 1e4))), rng.randint(0, 6))
+        value = round(
+            rng.choice((1, 1, 1, -1 if ">" not in datum and "+" not in datum else 1))
+            * rng.choice((rng.uniform(0, 1), rng.uniform(0, 100), rng.randint(0, 50), rng.uniform(0, 1e4))),
+            rng.randint(0, 6),
+        )
     if rng.random() < 0.03:
         value = rng.choice((0, -1, -value, 0.5, 1000, 43, -361, 201))
     return written(value, rng)

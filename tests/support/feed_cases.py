@@ -9,15 +9,41 @@ OFF, LIMIT, CONSTANT, WINDOW = layout.FeedMode
 NOTHING, HERE, AHEAD, FLOOR, CEILING, FALLBACK, CHIP, POWER, TORQUE, FORCE = layout.LimitedBy
 # Short names of the cases -> members of FeedIn.
 MEMBERS = {
-    "kind": "feed_mode", "target": "mrr_target_mm3_s", "lower": "mrr_lower_mm3_s", "programmed": "programmed_vel_mm_s",
-    "requested": "requested_vel_mm_s", "accel": "acceleration_mm_s2", "floor": "min_vel_mm_s", "dt": "period_s",
-    "trusted": "is_trusted", "area": "section_area_mm2", "tool_target": "tool_max_rate_mm3_s", "most": "max_vel_mm_s",
-    "floor_share": "min_scale_of_f", "most_share": "max_scale_of_f", "air": "air_vel_mm_s", "plunge": "plunge_vel_mm_s",
-    "upward": "dir_z", "chip": "max_chip_thickness_mm", "teeth": "flutes", "turns": "spindle_speed_rps",
-    "tool_width": "tool_diameter_mm", "stock_height": "depth_mm", "knob": "feed_override_share", "jerk": "max_jerk_mm_s3",
-    "speed": "current_vel_mm_s", "gain": "current_accel_mm_s2",
-    "air_free": "is_air_free", "ceiling": "ceiling_of_f", "pace": "pace_mm", "pace_vel": "pace_vel_mm_s", "pace_accel": "pace_accel_mm_s2",
-    "keeps": "keeps_f_down", "descent": "descent_mm", "descent_accel": "descent_accel_mm_s2"}
+    "kind": "feed_mode",
+    "target": "mrr_target_mm3_s",
+    "lower": "mrr_lower_mm3_s",
+    "programmed": "programmed_vel_mm_s",
+    "requested": "requested_vel_mm_s",
+    "accel": "acceleration_mm_s2",
+    "floor": "min_vel_mm_s",
+    "dt": "period_s",
+    "trusted": "is_trusted",
+    "area": "section_area_mm2",
+    "tool_target": "tool_max_rate_mm3_s",
+    "most": "max_vel_mm_s",
+    "floor_share": "min_scale_of_f",
+    "most_share": "max_scale_of_f",
+    "air": "air_vel_mm_s",
+    "plunge": "plunge_vel_mm_s",
+    "upward": "dir_z",
+    "chip": "max_chip_thickness_mm",
+    "teeth": "flutes",
+    "turns": "spindle_speed_rps",
+    "tool_width": "tool_diameter_mm",
+    "stock_height": "depth_mm",
+    "knob": "feed_override_share",
+    "jerk": "max_jerk_mm_s3",
+    "speed": "current_vel_mm_s",
+    "gain": "current_accel_mm_s2",
+    "air_free": "is_air_free",
+    "ceiling": "ceiling_of_f",
+    "pace": "pace_mm",
+    "pace_vel": "pace_vel_mm_s",
+    "pace_accel": "pace_accel_mm_s2",
+    "keeps": "keeps_f_down",
+    "descent": "descent_mm",
+    "descent_accel": "descent_accel_mm_s2",
+}
 ODD = [math.nan, math.inf, -math.inf, 0.0, -0.0, -1.0, 1e-9, 5e-324, 1.0, 60.0, 1e308, -1e308]
 
 
@@ -41,16 +67,49 @@ def law(last=1.0, **values):
 
 
 def hostile(random):
-    names = ["target", "lower", "programmed", "requested", "accel", "floor", "dt", "area", "tool_target", "most",
-             "floor_share", "most_share", "air", "plunge", "upward", "chip", "teeth", "turns", "tool_width",
-             "stock_height", "descent", "descent_accel", "ceiling", "pace", "pace_vel", "pace_accel"]
-    case = {"kind": int(random.integers(-1, 6)), "motion": int(random.integers(0, 5)),
-            "trusted": int(random.integers(0, 4) != 0), "keeps": int(random.integers(2)), "air_free": int(random.integers(2)), "last": 1.0, "ahead": []}
+    names = [
+        "target",
+        "lower",
+        "programmed",
+        "requested",
+        "accel",
+        "floor",
+        "dt",
+        "area",
+        "tool_target",
+        "most",
+        "floor_share",
+        "most_share",
+        "air",
+        "plunge",
+        "upward",
+        "chip",
+        "teeth",
+        "turns",
+        "tool_width",
+        "stock_height",
+        "descent",
+        "descent_accel",
+        "ceiling",
+        "pace",
+        "pace_vel",
+        "pace_accel",
+    ]
+    case = {
+        "kind": int(random.integers(-1, 6)),
+        "motion": int(random.integers(0, 5)),
+        "trusted": int(random.integers(0, 4) != 0),
+        "keeps": int(random.integers(2)),
+        "air_free": int(random.integers(2)),
+        "last": 1.0,
+        "ahead": [],
+    }
     for name in random.choice(names, random.integers(1, 10), replace=False):
         case[str(name)] = ODD[random.integers(len(ODD))]
     if random.integers(2):
-        case["ahead"] = [(ODD[random.integers(len(ODD))], ODD[random.integers(len(ODD))])
-                         for _ in range(random.integers(1, 9))]
+        case["ahead"] = [
+            (ODD[random.integers(len(ODD))], ODD[random.integers(len(ODD))]) for _ in range(random.integers(1, 9))
+        ]
     if random.integers(4) == 0:
         case["last"] = ODD[random.integers(len(ODD))]
     return case

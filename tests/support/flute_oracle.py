@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """How high stock stands above the tip while a cycle cuts, written apart from the package: numpy columns, no levels.
 
-The stock is a field of columns of one height.  The tool is a disc that goes along the elements (hole_oracle.Element) in small
-steps; it takes every column under it down to its tip.  An element is judged in the stock that was there before it began.
-Columns in the outermost cell of the disc are cut but do not count: two passes along one path are sampled at other places, and
-leave less than that between them.
+The stock is a field of columns of one height.  The tool is a disc that goes along the elements (hole_oracle.Element) in
+small steps; it takes every column under it down to its tip.  An element is judged in the stock that was there before it
+began.  Columns in the outermost cell of the disc are cut but do not count: two passes along one path are sampled at
+other places, and leave less than that between them.
 """
+
 import math
 
 import numpy as np
@@ -41,12 +42,15 @@ class Columns:
         self.height = np.full(tuple(size), float(top))
 
     def under(self, point):
-        """The columns under the tool at a point (x, y, z): a view of them, and the distance of each from its axis, cells."""
+        """The columns under the tool at a point (x, y, z): a view of them, and the distance of each from its axis,
+        cells."""
         here = (np.asarray(point[:2]) - self.low) / self.cell
         reach = self.reach
         first, last = np.ceil(here - reach).astype(int), np.floor(here + reach).astype(int) + 1
-        field = self.height[first[0]:last[0], first[1]:last[1]]
-        across = np.hypot(*(np.arange(first[k], last[k]).reshape(-1 if k == 0 else 1, 1 if k == 0 else -1) - here[k] for k in (0, 1)))
+        field = self.height[first[0] : last[0], first[1] : last[1]]
+        across = np.hypot(
+            *(np.arange(first[k], last[k]).reshape(-1 if k == 0 else 1, 1 if k == 0 else -1) - here[k] for k in (0, 1))
+        )
         return field, across
 
     def contact(self, point):
@@ -61,7 +65,8 @@ class Columns:
 
 
 def deepest(elements, top, tool_radius, cell):
-    """(highest stock above the tip in a move across, Z of the lowest column), mm; traverses cut nothing and meet nothing."""
+    """(highest stock above the tip in a move across, Z of the lowest column), mm; traverses cut nothing and meet
+    nothing."""
     columns, worst = Columns(elements, top, tool_radius, cell), -math.inf
     for element in elements:
         if element.kind == "rapid":

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Ten programs as other people's CAM writes them, with M250 and M251 put in as a user of chipwise would.
 
-Called by bench/bench_claims.py and tests/machine/test_foreign.py; by hand `python3 -m support.foreign FOLDER [--seed N]` in tests/ writes
-them.  Nothing is copied from any post processor: the style (line numbers, comments, spacing, words, units) is what
-matters, and sizes, offsets, angles and rates come from the seed.  No size is a multiple of a cell.
+Called by bench/bench_claims.py and tests/machine/test_foreign.py; by hand `python3 -m support.foreign FOLDER [--seed
+N]` in tests/ writes them.  Nothing is copied from any post processor: the style (line numbers, comments, spacing,
+words, units) is what matters, and sizes, offsets, angles and rates come from the seed.  No size is a multiple of a
+cell.
 
 A Program is what the machine runs and what the judge has to know: blank in machine coordinates, tools with their
 lengths.  The work offset is set by G10 L2, because nobody touches off in a simulation.
@@ -13,11 +14,28 @@ import argparse
 import random
 from pathlib import Path
 
-from support.foreign_flat import fusion_adaptive, mastercam_inch, freecad_pocket, hsm_bull_boss, facing_rim, slots_three_depths
+from support.foreign_flat import (
+    fusion_adaptive,
+    mastercam_inch,
+    freecad_pocket,
+    hsm_bull_boss,
+    facing_rim,
+    slots_three_depths,
+)
 from support.foreign_relief import estlcam_relief, vectric_vcarve, taper_two_tools, spiral_round
 
-BUILDERS = (fusion_adaptive, mastercam_inch, freecad_pocket, estlcam_relief, vectric_vcarve, taper_two_tools,
-            hsm_bull_boss, facing_rim, spiral_round, slots_three_depths)
+BUILDERS = (
+    fusion_adaptive,
+    mastercam_inch,
+    freecad_pocket,
+    estlcam_relief,
+    vectric_vcarve,
+    taper_two_tools,
+    hsm_bull_boss,
+    facing_rim,
+    spiral_round,
+    slots_three_depths,
+)
 
 
 def programs(seed=1):
@@ -27,7 +45,9 @@ def programs(seed=1):
 
 def tool_table(tools, unit=1.0):
     """Text of a tool table; unit: mm per machine unit."""
-    return "".join(f"T{n} P{n} Z{length / unit:.6f} D{tool.diameter / unit:.6f}\n" for n, (tool, length) in sorted(tools.items()))
+    return "".join(
+        f"T{n} P{n} Z{length / unit:.6f} D{tool.diameter / unit:.6f}\n" for n, (tool, length) in sorted(tools.items())
+    )
 
 
 def geometry_file(tools, more=None):

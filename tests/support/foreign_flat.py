@@ -8,7 +8,8 @@ from support.judge import Tool
 
 
 def fusion_adaptive(rng):
-    """Adaptive clearing as loops of arcs, lifted 0.2 mm on the way back; helical entry; D8 flat, G43, mm, R-less arcs."""
+    """Adaptive clearing as loops of arcs, lifted 0.2 mm on the way back; helical entry; D8 flat, G43, mm, R-less
+    arcs."""
     p = Post(rng, numbers=5)
     job = Job(rng, p, (number(rng, 70, 80), number(rng, 44, 52), number(rng, 12, 16)))
     job.tool(3, Tool(8.0), number(rng, 40, 60))
@@ -26,13 +27,13 @@ def fusion_adaptive(rng):
     p.rapid(z=2.0)
     p.line(z=1.0, feed=400)
     z = 1.0
-    while z > depth:                                    # the helix, pitch 1.2 mm
+    while z > depth:  # the helix, pitch 1.2 mm
         for side in (-1, 1):
             z = max(z - 0.6, depth)
             p.arc(False, x + side * 2.5, y, x, y, z=z, feed=900)
     p.arc(False, x - 2.5, y, x, y)
     p.arc(False, x + 2.5, y, x, y)
-    while x < job.size[0] - 16.0:                       # one loop a step
+    while x < job.size[0] - 16.0:  # one loop a step
         p.line(x=x + load, y=y - radius, z=depth, feed=1500)
         x += load
         p.arc(False, x, y + radius, x, y)
@@ -53,7 +54,8 @@ def drill(p, cycle, holes):
 
 
 def mastercam_inch(rng):
-    """Inch, three tools with lengths of 1.25, 3.4 and 5.6 in: spot G81, peck G83, a slot and a stepped contour; N, %."""
+    """Inch, three tools with lengths of 1.25, 3.4 and 5.6 in: spot G81, peck G83, a slot and a stepped contour; N,
+    %."""
     p = Post(rng, inch=True, numbers=2, decimals=3)
     job = Job(rng, p, (number(rng, 76, 88), number(rng, 48, 58), number(rng, 15, 19)))
     job.tool(11, Tool(9.525, 0.0, 90.0), 31.75 + rng.random())
@@ -88,16 +90,21 @@ def mastercam_inch(rng):
     p.rapid(z=-3.175)
     r = 7.62
     p.line(x=job.size[0] - r, y=1.2, feed=700)
-    p.arc(False, job.size[0] - 1.2, r + 1.2, job.size[0] - r - 0.0, r + 1.2) if False else p.line(x=job.size[0] - 1.2, y=r)
+    p.arc(False, job.size[0] - 1.2, r + 1.2, job.size[0] - r - 0.0, r + 1.2) if False else p.line(
+        x=job.size[0] - 1.2, y=r
+    )
     p.line(y=job.size[1] + 9.0)
     p.rapid(z=INCH)
     return job.finish("mastercam_inch")
 
 
 def freecad_pocket(rng):
-    """Zigzag pocket in three depths with ramp entries, D6.35 flat, comments on every operation, one word group a line."""
+    """Zigzag pocket in three depths with ramp entries, D6.35 flat, comments on every operation, one word group a
+    line."""
     p = Post(rng, decimals=4, modal=False)
-    job = Job(rng, p, (number(rng, 58, 70), number(rng, 40, 50), number(rng, 10, 13)), turn=math.radians(rng.uniform(8, 35)))
+    job = Job(
+        rng, p, (number(rng, 58, 70), number(rng, 40, 50), number(rng, 10, 13)), turn=math.radians(rng.uniform(8, 35))
+    )
     job.offset = (job.offset[0] + 35.0, job.offset[1], job.offset[2])
     job.tool(5, Tool(6.35), number(rng, 25, 35))
     p.say("Exported by FreeCAD")
@@ -168,7 +175,7 @@ def hsm_bull_boss(rng):
         p.line(x=r + 0.7, y=0.7)
         p.rapid(z=4.0)
         p.rapid(x=outer + 2.0, y=0.0)
-    p.line(x=boss + 5.4, y=-6.0, z=4.0, feed=2000)              # finishing helix round the boss
+    p.line(x=boss + 5.4, y=-6.0, z=4.0, feed=2000)  # finishing helix round the boss
     p.line(x=boss + 4.85, y=0.0, z=0.0)
     z = 0.0
     while z > -4.6:
@@ -180,7 +187,8 @@ def hsm_bull_boss(rng):
 
 
 def facing_rim(rng):
-    """A box whose size is not a multiple of any cell, turned in G54: faced with D12.7, then cut along its rim, deeper."""
+    """A box whose size is not a multiple of any cell, turned in G54: faced with D12.7, then cut along its rim,
+    deeper."""
     p = Post(rng, decimals=3)
     job = Job(rng, p, (number(rng, 60, 68, 0.117), number(rng, 36, 44, 0.083), number(rng, 11, 14)))
     job.offset = (job.offset[0] + 0.119, job.offset[1] + 0.071, job.offset[2])

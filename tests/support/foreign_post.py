@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Programs in the style of a post processor, line by line, and what they have in common: work offset, stock, tools.  Called by foreign_flat.py and foreign_relief.py."""
+"""Programs in the style of a post processor, line by line, and what they have in common: work offset, stock, tools.
+Called by foreign_flat.py and foreign_relief.py."""
 
 import math
 from dataclasses import dataclass, field
@@ -7,7 +8,7 @@ from dataclasses import dataclass, field
 from support.judge import Blank
 
 INCH = 25.4
-CLEAR = 6.0                 # mm above the blank: traverses
+CLEAR = 6.0  # mm above the blank: traverses
 
 
 @dataclass
@@ -15,7 +16,7 @@ class Program:
     name: str
     text: str
     blank: Blank
-    tools: dict             # number -> (Tool, length mm)
+    tools: dict  # number -> (Tool, length mm)
     notes: str = ""
     shapes: dict = field(default_factory=dict)
 
@@ -44,7 +45,9 @@ class Post:
 
     def value(self, number):
         text = f"{number / self.unit:.{self.decimals}f}"
-        return text if "." not in text else (text.rstrip("0") if text.rstrip("0")[-1] != "." else text.rstrip("0") + "0")
+        return (
+            text if "." not in text else (text.rstrip("0") if text.rstrip("0")[-1] != "." else text.rstrip("0") + "0")
+        )
 
     def move(self, code, i=None, j=None, feed=None, **axes):
         words = [] if self.modal and code == self.motion and code in (0, 1) else [f"G{code}"]
@@ -97,7 +100,9 @@ class Job:
         centre = self.low[0] + 0.5 * self.size[0], self.low[1] + 0.5 * self.size[1]
         c, s = math.cos(self.turn), math.sin(self.turn)
         x, y = self.offset[0] + c * centre[0] - s * centre[1], self.offset[1] + s * centre[0] + c * centre[1]
-        return Blank(x, y, self.size[0], self.size[1], self.offset[2] - self.size[2], self.offset[2], self.turn, self.round)
+        return Blank(
+            x, y, self.size[0], self.size[1], self.offset[2] - self.size[2], self.offset[2], self.turn, self.round
+        )
 
     def start(self, path="G64 P0.02"):
         """Preamble; the first tool has to be in already."""
@@ -109,18 +114,22 @@ class Job:
         p = self.post
         v = p.value
         if self.round:
-            p.lines.append(f"(WORKPIECE,CYLINDER,AXIS=Z,X={v(self.low[0] + 0.5 * self.size[0])},"
-                           f"Y={v(self.low[1] + 0.5 * self.size[1])},ZMIN={v(-self.size[2])},ZMAX=0,"
-                           f"DIAMETER={v(self.size[0])})")
+            p.lines.append(
+                f"(WORKPIECE,CYLINDER,AXIS=Z,X={v(self.low[0] + 0.5 * self.size[0])},"
+                f"Y={v(self.low[1] + 0.5 * self.size[1])},ZMIN={v(-self.size[2])},ZMAX=0,"
+                f"DIAMETER={v(self.size[0])})"
+            )
             p.lines.append("M250")
         else:
-            p.lines.append(f"M250 P{v(self.low[0])} Q{v(self.low[1])} R{v(-self.size[2])} "
-                           f"I{v(self.size[0])} J{v(self.size[1])} K{v(self.size[2])}")
+            p.lines.append(
+                f"M250 P{v(self.low[0])} Q{v(self.low[1])} R{v(-self.size[2])} "
+                f"I{v(self.size[0])} J{v(self.size[1])} K{v(self.size[2])}"
+            )
         self.rate(rate_mm3_s, ceiling, mode)
 
     def rate(self, rate_mm3_s, ceiling, mode=2):
         p = self.post
-        q = rate_mm3_s * 60.0 / p.unit ** 3 / (1000.0 if p.unit == 1.0 else 1.0)
+        q = rate_mm3_s * 60.0 / p.unit**3 / (1000.0 if p.unit == 1.0 else 1.0)
         limit = f" E{ceiling / p.unit:.0f}" if mode == 2 else ""
         p.lines.append(f"M251 P{mode} Q{q:.4f}{limit}")
 

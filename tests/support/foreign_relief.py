@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Programs as other people's CAM writes them for reliefs, engraving and spirals, of many short moves.  Called by foreign.py."""
+"""Programs as other people's CAM writes them for reliefs, engraving and spirals, of many short moves.  Called by
+foreign.py."""
 
 import math
 
@@ -10,12 +11,17 @@ from support.judge import Tool, ball
 def relief(x, y, rng_phase):
     """A smooth relief, 0 down to about -6 mm."""
     a, b, c = rng_phase
-    return -3.1 + 1.3 * math.sin(0.31 * x + a) * math.cos(0.23 * y + b) + 1.2 * math.sin(0.11 * x - 0.17 * y + c) \
+    return (
+        -3.1
+        + 1.3 * math.sin(0.31 * x + a) * math.cos(0.23 * y + b)
+        + 1.2 * math.sin(0.11 * x - 0.17 * y + c)
         + 0.4 * math.sin(0.9 * x + 0.4 * y)
+    )
 
 
 def relief_rows(job, rows, beyond, step, phase, feed):
-    """Zigzag rows, (first y, below which, how far apart), over a relief and so far beyond its ends.  step: () -> mm of the next move."""
+    """Zigzag rows, (first y, below which, how far apart), over a relief and so far beyond its ends.  step: () -> mm of
+    the next move."""
     (y, last, apart), p, forth = rows, job.post, True
     while y < last:
         x, end = (-beyond, job.size[0] + beyond) if forth else (job.size[0] + beyond, -beyond)
@@ -49,7 +55,9 @@ def estlcam_relief(rng):
 def vectric_vcarve(rng):
     """V-carving, inch, no spaces: strokes of a 60 degree vee whose depth swells and fades, corners lifted out."""
     p = Post(rng, inch=True, numbers=10, spaced=False)
-    job = Job(rng, p, (number(rng, 66, 74), number(rng, 40, 46), number(rng, 9, 12)), turn=math.radians(rng.uniform(-14, -4)))
+    job = Job(
+        rng, p, (number(rng, 66, 74), number(rng, 40, 46), number(rng, 9, 12)), turn=math.radians(rng.uniform(-14, -4))
+    )
     job.offset = (job.offset[0], job.offset[1] + 22.0, job.offset[2])
     job.tool(7, Tool(12.7, 0.0, 60.0), number(rng, 60, 75))
     p.say("v-carve sign")
@@ -68,14 +76,19 @@ def vectric_vcarve(rng):
         for n in range(1, steps + 1):
             t = n / steps
             bend = turn + 0.8 * math.sin(3.0 * t)
-            p.line(x=x + length * t * math.sin(bend), y=y + length * t * math.cos(bend),
-                   z=-0.05 - deepest * math.sin(math.pi * min(t, 0.999)) ** 0.8, feed=1400)
+            p.line(
+                x=x + length * t * math.sin(bend),
+                y=y + length * t * math.cos(bend),
+                z=-0.05 - deepest * math.sin(math.pi * min(t, 0.999)) ** 0.8,
+                feed=1400,
+            )
         p.rapid(z=CLEAR)
     return job.finish("vectric_vcarve")
 
 
 def taper_two_tools(rng):
-    """Roughing by a D6 flat in levels, then a D6 tapered ball (R0.5, 20 degrees) in 0.4 mm rows; lengths 28 and 96 mm."""
+    """Roughing by a D6 flat in levels, then a D6 tapered ball (R0.5, 20 degrees) in 0.4 mm rows; lengths 28 and 96
+    mm."""
     p = Post(rng, numbers=1, decimals=3)
     job = Job(rng, p, (number(rng, 30, 34), number(rng, 14, 17), number(rng, 10, 12)))
     job.tool(21, Tool(6.0), 28.0 + rng.random())
@@ -95,7 +108,7 @@ def taper_two_tools(rng):
         p.rapid(z=CLEAR)
         y += 4.4
     p.raw("M5", "G53 G0 Z115.", "T22 M6")
-    p.raw(f"G43.1 Z{p.value(job.tools[22][1])}")            # the length is in the program, as the post of a presetter has it
+    p.raw(f"G43.1 Z{p.value(job.tools[22][1])}")  # the length is in the program, as the post of a presetter has it
     p.raw("S18000 M3")
     job.rate(rng.uniform(22, 30), 2400)
     y = 2.9

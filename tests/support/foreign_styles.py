@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Twenty programs in CAM styles that foreign.py has not, built after the feed law: nothing was tuned with them.
 
-Called by bench/bench_styles.py and tests/machine/test_foreign_styles.py.  Sizes, offsets, angles and rates come from the seed, as in foreign.py.
+Called by bench/bench_styles.py and tests/machine/test_foreign_styles.py.  Sizes, offsets, angles and rates come from
+the seed, as in foreign.py.
 """
 
 import random

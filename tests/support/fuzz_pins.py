@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Puts hostile numbers on the input pins and parameters of our components, and looks at every output pin.
 
-Called by test_fuzz_pins.py inside HAL: fuzz_pins.py SEED STEPS; what is wrong goes to wrong.json, what was seen to seen.json.
-Each component stands alone: its inputs are ours, so that it meets numbers no component of ours would give it.
+Called by test_fuzz_pins.py inside HAL: fuzz_pins.py SEED STEPS; what is wrong goes to wrong.json, what was seen to
+seen.json.  Each component stands alone: its inputs are ours, so that it meets numbers no component of ours would give
+it.
 """
+
 import json
 import math
 import random
@@ -15,27 +17,82 @@ import hal
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "remap"))
 
-from chipwise.host.halcmd import halcmd       # noqa: E402
+from chipwise.host.halcmd import halcmd  # noqa: E402
 
-SETTLE = 4                  # servo periods until an input has been read and answered
-FILL_S = 20.0               # until the map is filled again
-PREFIXES = ("stock-tracker.0.", "volumetric-feed.0.", "chipwise-guard.0.", "chipwise-command.0.", "tracer.0.", "tracer-offset.0.", "tracer-slave.0.",
-            "tracer-model.0.", "spindle-sim.0.")
+SETTLE = 4  # servo periods until an input has been read and answered
+FILL_S = 20.0  # until the map is filled again
+PREFIXES = (
+    "stock-tracker.0.",
+    "volumetric-feed.0.",
+    "chipwise-guard.0.",
+    "chipwise-command.0.",
+    "tracer.0.",
+    "tracer-offset.0.",
+    "tracer-slave.0.",
+    "tracer-model.0.",
+    "spindle-sim.0.",
+)
 KINDS = {"float": hal.HAL_FLOAT, "s32": hal.HAL_S32, "bit": hal.HAL_BIT, "u32": hal.HAL_U32}
-HOSTILE = [0.0, -0.0, 1.0, -1.0, 5e-324, 1e-300, 1e-12, 1e-6, 0.3, 90.0, 180.0, 1e5, 1e6, -1e6, 1.1e6, 1e9, 1e18, 1e150, -1e150, 1.7e308, -1.7e308,
-           math.inf, -math.inf, math.nan]
-HOSTILE_WHOLE = [0, 1, 2, 3, 4, 5, 7, 8, 17, 27, -1, 255, 2 ** 31 - 1, -2 ** 31]
+HOSTILE = [
+    0.0,
+    -0.0,
+    1.0,
+    -1.0,
+    5e-324,
+    1e-300,
+    1e-12,
+    1e-6,
+    0.3,
+    90.0,
+    180.0,
+    1e5,
+    1e6,
+    -1e6,
+    1.1e6,
+    1e9,
+    1e18,
+    1e150,
+    -1e150,
+    1.7e308,
+    -1.7e308,
+    math.inf,
+    -math.inf,
+    math.nan,
+]
+HOSTILE_WHOLE = [0, 1, 2, 3, 4, 5, 7, 8, 17, 27, -1, 255, 2**31 - 1, -(2**31)]
 SOUND = {
-    "stock-tracker.0.tool-diameter": 6.0, "stock-tracker.0.enable": 1, "stock-tracker.0.motion-type": 2, "stock-tracker.0.min-z": -10.0,
-    "stock-tracker.0.max-x": 60.0, "stock-tracker.0.max-y": 40.0, "stock-tracker.0.pos-x": 5.0, "stock-tracker.0.pos-y": 5.0,
+    "stock-tracker.0.tool-diameter": 6.0,
+    "stock-tracker.0.enable": 1,
+    "stock-tracker.0.motion-type": 2,
+    "stock-tracker.0.min-z": -10.0,
+    "stock-tracker.0.max-x": 60.0,
+    "stock-tracker.0.max-y": 40.0,
+    "stock-tracker.0.pos-x": 5.0,
+    "stock-tracker.0.pos-y": 5.0,
     "stock-tracker.0.pos-z": -2.0,
-    "volumetric-feed.0.mode": 2, "volumetric-feed.0.mrr-target": 1800.0, "volumetric-feed.0.programmed-vel": 20.0,
-    "volumetric-feed.0.requested-vel": 50.0, "volumetric-feed.0.motion-type": 2, "volumetric-feed.0.acceleration": 500.0,
-    "volumetric-feed.0.section-area": 2.0, "volumetric-feed.0.ready": 1,
-    "tracer.0.enable": 1, "tracer.0.mode": 2, "tracer.0.direction": 1, "tracer.0.feed": 10.0, "tracer.0.feed-override": 1.0,
-    "tracer.0.deflection-target": 0.3, "tracer.0.deflection-z": 0.3, "tracer.0.window-max-x": 50.0, "tracer-slave.0.enable": 1}
+    "volumetric-feed.0.mode": 2,
+    "volumetric-feed.0.mrr-target": 1800.0,
+    "volumetric-feed.0.programmed-vel": 20.0,
+    "volumetric-feed.0.requested-vel": 50.0,
+    "volumetric-feed.0.motion-type": 2,
+    "volumetric-feed.0.acceleration": 500.0,
+    "volumetric-feed.0.section-area": 2.0,
+    "volumetric-feed.0.ready": 1,
+    "tracer.0.enable": 1,
+    "tracer.0.mode": 2,
+    "tracer.0.direction": 1,
+    "tracer.0.feed": 10.0,
+    "tracer.0.feed-override": 1.0,
+    "tracer.0.deflection-target": 0.3,
+    "tracer.0.deflection-z": 0.3,
+    "tracer.0.window-max-x": 50.0,
+    "tracer-slave.0.enable": 1,
+}
 # Registers carry what the program says; the tracker and the law judge it.
-PASSED_ON = {"chipwise-command.0." + name for name in ("min-x", "min-y", "min-z", "max-x", "max-y", "max-z", "mrr-target", "mrr-lower", "turn")}
+PASSED_ON = {
+    "chipwise-command.0." + name
+    for name in ("min-x", "min-y", "min-z", "max-x", "max-y", "max-z", "mrr-target", "mrr-lower", "turn")
+}
 
 
 def shown(what):
@@ -72,7 +129,8 @@ class Bench:
         halcmd("net", "periods", "fuzz.periods", "integ.0.out")
 
     def settle(self):
-        """Waits until the servo thread has run SETTLE times: how long that takes depends on what else this machine does."""
+        """Waits until the servo thread has run SETTLE times: how long that takes depends on what else this machine
+        does."""
         end = self.own["periods"] + SETTLE
         while self.own["periods"] < end:
             time.sleep(0.001)
@@ -81,16 +139,19 @@ class Bench:
         self.own[self.inputs[name][0]] = value
 
     def sound(self):
-        """All inputs and parameters as on a machine, and the stock defined anew; -> whether the tracker is ready then."""
+        """All inputs and parameters as on a machine, and the stock defined anew; -> whether the tracker is ready
+        then."""
         for name in self.inputs:
             self.put(name, SOUND.get(name, 0))
         for name, (_kind, value) in self.params.items():
             hal.set_p(name, value)
         self.settle()
         self.put("stock-tracker.0.define", 1)
-        self.settle()       # until then it is ready with the stock before
+        self.settle()  # until then it is ready with the stock before
         end = time.monotonic() + FILL_S
-        while time.monotonic() < end and not (self.read("stock-tracker.0.ready") and not self.read("stock-tracker.0.fault")):
+        while time.monotonic() < end and not (
+            self.read("stock-tracker.0.ready") and not self.read("stock-tracker.0.fault")
+        ):
             time.sleep(0.004)
         self.put("stock-tracker.0.define", 0)
         return bool(self.read("stock-tracker.0.ready")) and not self.read("stock-tracker.0.fault")
@@ -102,7 +163,7 @@ class Bench:
 def hostile(kind, chance):
     """A number for a pin or parameter of this kind."""
     value = chance.choice(HOSTILE if kind == "float" else [0, 1] if kind == "bit" else HOSTILE_WHOLE)
-    return value % 2 ** 32 if kind == "u32" else value
+    return value % 2**32 if kind == "u32" else value
 
 
 def spoil(bench, chance):
@@ -133,8 +194,14 @@ def wrong(bench):
     for name in ("volumetric-feed.0.adaptive-feed", "volumetric-feed.0.override"):
         if not 0.0 <= bench.read(name) <= 1.0:
             found.append((name, repr(bench.read(name))))
-    for name in ("section-area", "depth", "mrr", "removed-volume", "rapid-distance", *(f"load-step-{what}-{k}" for what in ("distance", "area", "accel")
-                                                                                    for k in range(8))):
+    for name in (
+        "section-area",
+        "depth",
+        "mrr",
+        "removed-volume",
+        "rapid-distance",
+        *(f"load-step-{what}-{k}" for what in ("distance", "area", "accel") for k in range(8)),
+    ):
         if not bench.read("stock-tracker.0." + name) >= 0.0:
             found.append(("stock-tracker.0." + name, repr(bench.read("stock-tracker.0." + name))))
     if not 0 <= bench.read("volumetric-feed.0.limited-by") <= 8:
@@ -149,7 +216,9 @@ def main(seed, steps):
         if step % 12 == 0:
             since = []
             if not bench.sound():
-                bad.append((step, "not ready with sound inputs and a new stock", bench.read("stock-tracker.0.fault-code")))
+                bad.append(
+                    (step, "not ready with sound inputs and a new stock", bench.read("stock-tracker.0.fault-code"))
+                )
         since.append(spoil(bench, chance))
         bench.settle()
         bad += [(step, *what, since[-12:]) for what in wrong(bench)]
@@ -159,8 +228,16 @@ def main(seed, steps):
     with open("wrong.json", "w") as handle:
         json.dump(bad, handle, indent=1)
     with open("seen.json", "w") as handle:
-        json.dump({"steps": step + 1, "ready": ready, "inputs": sorted(bench.inputs), "outputs": sorted(bench.outputs), "params": sorted(bench.params)},
-                  handle)
+        json.dump(
+            {
+                "steps": step + 1,
+                "ready": ready,
+                "inputs": sorted(bench.inputs),
+                "outputs": sorted(bench.outputs),
+                "params": sorted(bench.params),
+            },
+            handle,
+        )
 
 
 if __name__ == "__main__":

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Letters of the fonts that this computer has, as loops of lines and arcs: foreign shapes for pockets.
 
-Nothing is drawn twice the same way by two fonts: thin serifs, cusps, curves that meet at no angle, islands.  Lengths mm.
+Nothing is drawn twice the same way by two fonts: thin serifs, cusps, curves that meet at no angle, islands.  Lengths
+mm.
 """
+
 import math
 from pathlib import Path
 
@@ -12,9 +14,9 @@ from chipwise.geometry.base.contour import LineElement
 from chipwise.importing.fit import fitted
 
 FOLDERS = ("/usr/share/fonts/truetype", "/usr/share/matplotlib/mpl-data/fonts/ttf")
-TOLERANCE = 0.005           # mm, of arcs
-POINTS = 40                 # of a curve
-CORNER = math.radians(8)    # a joint that turns by more ends an arc
+TOLERANCE = 0.005  # mm, of arcs
+POINTS = 40  # of a curve
+CORNER = math.radians(8)  # a joint that turns by more ends an arc
 CLOSED = 1e-6
 
 
@@ -32,6 +34,7 @@ class Font:
 
     def __init__(self, path):
         from fontTools.ttLib import TTFont
+
         self.font = TTFont(path)
         self.glyphs, self.names = self.font.getGlyphSet(), self.font.getBestCmap() or {}
         self.unit = self.font["head"].unitsPerEm
@@ -47,6 +50,7 @@ class Font:
 
     def _curves(self, name):
         from fontTools.pens.recordingPen import DecomposingRecordingPen
+
         pen, contours, here = DecomposingRecordingPen(self.glyphs), [], None
         self.glyphs[name].draw(pen)
         for what, points in pen.value:
@@ -57,7 +61,7 @@ class Font:
                 contours[-1].append((here, points[0]))
                 here = points[0]
             elif what == "qCurveTo":
-                if points[-1] is None:          # a contour without a point on the curve
+                if points[-1] is None:  # a contour without a point on the curve
                     points = (*points[:-1], _middle(points[-2], points[0]))
                     contours.append([])
                     first = here = points[-1]
@@ -83,7 +87,7 @@ def _points(curve, scale):
         return p
     t = np.linspace(0.0, 1.0, POINTS + 1)[:, None]
     n = len(p) - 1
-    return sum(math.comb(n, k) * t ** k * (1 - t) ** (n - k) * p[k] for k in range(n + 1))
+    return sum(math.comb(n, k) * t**k * (1 - t) ** (n - k) * p[k] for k in range(n + 1))
 
 
 def _parts(curves, scale):
@@ -99,7 +103,11 @@ def _parts(curves, scale):
             runs.append([len(curve) > 2, points])
     parts = []
     for curved, points in runs:
-        parts += fitted(points, TOLERANCE)[0] if curved else [LineElement(tuple(points[0].tolist()), tuple(points[-1].tolist()), len(parts))]
+        parts += (
+            fitted(points, TOLERANCE)[0]
+            if curved
+            else [LineElement(tuple(points[0].tolist()), tuple(points[-1].tolist()), len(parts))]
+        )
     return parts
 
 

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Motion of a cycle as text, kept in tests/interpreter/golden, and elements turned and shifted.  Called by tests/interpreter."""
+"""Motion of a cycle as text, kept in tests/interpreter/golden, and elements turned and shifted.  Called by
+tests/interpreter."""
+
 import dataclasses
 import math
 import os
@@ -15,6 +17,7 @@ def turned(e, angle, dx, dy, dz):
 
     def at(p):
         return (p[0] * c - p[1] * s + dx, p[0] * s + p[1] * c + dy) + tuple(v + dz for v in p[2:])
+
     return dataclasses.replace(e, a=at(e.a), b=at(e.b), centre=None if e.centre is None else at(e.centre))
 
 
@@ -31,7 +34,8 @@ def motion_text(trace):
 
 
 def compare_golden(text, name):
-    """Compare with golden/NAME.txt; CHIPWISE_UPDATE_GOLDEN=1 writes it instead.  One unit of the last digit is allowed."""
+    """Compare with golden/NAME.txt; CHIPWISE_UPDATE_GOLDEN=1 writes it instead.  One unit of the last digit is
+    allowed."""
     path = GOLDEN / f"{name}.txt"
     if os.environ.get("CHIPWISE_UPDATE_GOLDEN"):
         path.parent.mkdir(exist_ok=True)
@@ -42,5 +46,6 @@ def compare_golden(text, name):
         a_kind, *a_numbers = a.split()
         b_kind, *b_numbers = b.split()
         close = len(a_numbers) == len(b_numbers) and all(
-            abs(float(p.lstrip("F")) - float(q.lstrip("F"))) <= 0.0101 for p, q in zip(a_numbers, b_numbers))
+            abs(float(p.lstrip("F")) - float(q.lstrip("F"))) <= 0.0101 for p, q in zip(a_numbers, b_numbers)
+        )
         assert a_kind == b_kind and close, f"{name}:{number}: {a} is not {b}"

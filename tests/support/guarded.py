@@ -3,6 +3,7 @@
 
 Called by tests of the shared library, in a process of their own.
 """
+
 import ctypes
 import mmap
 
@@ -10,7 +11,7 @@ import numpy as np
 
 libc = ctypes.CDLL(None, use_errno=True)
 PROT_NONE = 0
-kept: list[mmap.mmap] = []      # a mapping that is closed would take its array with it
+kept: list[mmap.mmap] = []  # a mapping that is closed would take its array with it
 
 
 def guarded(values):

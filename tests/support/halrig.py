@@ -12,6 +12,7 @@ Columns are called like the signals: `net pos-x streamer.0.pin.0 => ...` names t
 the stimulus, `net section-area ... => sampler.0.pin.9` that of the trace.  Streamer, components
 and samplers share one thread, so row k of the trace is what row k of the stimulus led to.
 """
+
 import importlib.util
 import os
 import re
@@ -27,7 +28,7 @@ SUPPORT = ROOT / "tests/support"
 SANDBOX = ROOT / "bin/chipwise-sandbox"
 PERIOD_S = 0.001
 TIMEOUT_S = 120
-COUNT_PERIODS = "loadrt integ\nsetp integ.0.in 1000\naddf integ.0 servo\n"       # of the thread servo, for wait_periods
+COUNT_PERIODS = "loadrt integ\nsetp integ.0.in 1000\naddf integ.0 servo\n"  # of the thread servo, for wait_periods
 
 
 class Stimulus:
@@ -63,9 +64,23 @@ class Stimulus:
 class ToolPath(Stimulus):
     """A tool on its way: positions in mm, `scale` machine units per mm at the pins."""
 
-    LENGTHS = ("pos-x", "pos-y", "pos-z", "tool-offset-x", "tool-offset-y", "tool-offset-z",
-               "tool-diameter", "tool-corner-radius", "tool-flute-length",
-               "min-x", "min-y", "min-z", "max-x", "max-y", "max-z")
+    LENGTHS = (
+        "pos-x",
+        "pos-y",
+        "pos-z",
+        "tool-offset-x",
+        "tool-offset-y",
+        "tool-offset-z",
+        "tool-diameter",
+        "tool-corner-radius",
+        "tool-flute-length",
+        "min-x",
+        "min-y",
+        "min-z",
+        "max-x",
+        "max-y",
+        "max-z",
+    )
     OTHERS = ("tool-tip-angle", "motion-type", "enable", "define")
 
     def __init__(self, at, scale=1.0, **state):
@@ -170,11 +185,12 @@ class Trace:
     def put(self, name, phase, value, at=None):
         """A copy with `value` in one column in a phase (`at`: one row of it)."""
         rows = self.phases[phase]
-        chosen = rows if at is None else range(*rows.indices(10 ** 9))[at]
+        chosen = rows if at is None else range(*rows.indices(10**9))[at]
 
         def change(values):
             values[chosen] = value
             return values
+
         return self.but(**{name: change})
 
 
@@ -214,9 +230,12 @@ def write_stimulus(stimulus, text, path):
     """The file halstreamer reads; whole numbers where the pin is one."""
     order = pins_of(text, "streamer")[0]
     kinds = re.search(r"loadrt streamer .*cfg=(\w+)", text)[1]
-    columns = [[str(int(v)) for v in stimulus.columns[name]] if kind in "bsu"
-               else [repr(float(v)) for v in stimulus.columns[name]]
-               for name, kind in zip(order, kinds)]
+    columns = [
+        [str(int(v)) for v in stimulus.columns[name]]
+        if kind in "bsu"
+        else [repr(float(v)) for v in stimulus.columns[name]]
+        for name, kind in zip(order, kinds)
+    ]
     assert len(kinds) == len(order) and set(order) == set(stimulus.columns), order
     path.write_text("".join(" ".join(row) + "\n" for row in zip(*columns)))
 
@@ -224,10 +243,15 @@ def write_stimulus(stimulus, text, path):
 def halrun(arguments, where, env=None, shell=None):
     """halrun (or a shell command) in a sandbox; -> CompletedProcess, output in one."""
     command = ["sh", "-c", shell] if shell else ["halrun", *map(str, arguments)]
-    return subprocess.run([str(SANDBOX), "--timeout", str(TIMEOUT_S), "--", *command],
-                          cwd=where, env=dict(os.environ, TESTS=str(SCENES), SUPPORT=str(SUPPORT), **(env or {})),
-                          text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                          stderr=subprocess.STDOUT)
+    return subprocess.run(
+        [str(SANDBOX), "--timeout", str(TIMEOUT_S), "--", *command],
+        cwd=where,
+        env=dict(os.environ, TESTS=str(SCENES), SUPPORT=str(SUPPORT), **(env or {})),
+        text=True,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
 
 
 def run(folder, where):
@@ -242,14 +266,16 @@ def run(folder, where):
     columns = {}
     for channel, names in pins_of(text, "sampler").items():
         lines = (where / f"trace{channel}.txt").read_text().splitlines()
-        assert len(lines) == count and "overrun" not in lines, \
+        assert len(lines) == count and "overrun" not in lines, (
             f"{folder}: sampler {channel} gave {len(lines)} of {count} rows\n{done.stdout}"
+        )
         table = np.array([[float(word) for word in line.split()] for line in lines])
         columns.update(zip(names, table.T))
     return Trace(columns, stimulus.closed_phases())
 
 
 # --- what checkers say ------------------------------------------------------------------------
+
 
 def require(trace, name, good, unit, bound, values=None):
     """Every row good, or an AssertionError with time, value, unit, bound of the first bad one."""
@@ -258,8 +284,10 @@ def require(trace, name, good, unit, bound, values=None):
     if np.all(good):
         return
     k = int(np.argmin(good))
-    raise AssertionError(f"{name}: {values[k]:.6g} {unit} at {(trace.start + k) * PERIOD_S:.3f} s "
-                         f"({np.sum(~good)} of {len(good)} rows), allowed: {bound}")
+    raise AssertionError(
+        f"{name}: {values[k]:.6g} {unit} at {(trace.start + k) * PERIOD_S:.3f} s "
+        f"({np.sum(~good)} of {len(good)} rows), allowed: {bound}"
+    )
 
 
 def within(trace, name, low, high, unit, values=None):
@@ -268,8 +296,7 @@ def within(trace, name, low, high, unit, values=None):
     good = (values >= low) & (values <= high)
     k = int(np.argmin(np.broadcast_to(good, np.shape(values))))
     low, high = np.broadcast_to(low, np.shape(values)), np.broadcast_to(high, np.shape(values))
-    require(trace, name, good, unit, f"{low[k]:.6g} .. {high[k]:.6g} {unit}" if len(values) else "",
-            values)
+    require(trace, name, good, unit, f"{low[k]:.6g} .. {high[k]:.6g} {unit}" if len(values) else "", values)
 
 
 def always(trace, name, value):
@@ -279,5 +306,6 @@ def always(trace, name, value):
 
 def near(what, value, wanted, share, unit, at_s):
     """One number within a share of the wanted one."""
-    assert abs(value - wanted) <= share * abs(wanted), \
+    assert abs(value - wanted) <= share * abs(wanted), (
         f"{what}: {value:.6g} {unit} at {at_s:.3f} s, allowed: {wanted:.6g} {unit} +- {100 * share:g} %"
+    )

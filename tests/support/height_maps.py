@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """One probed height map, 4 rows of 6 points, in the form of each program that writes such."""
+
 import random
 
 import numpy as np
@@ -9,14 +10,22 @@ Z = np.random.default_rng(5113).normal(0, 0.4, (len(Y), len(X))).round(4)
 
 
 def candle(comma=False):
-    lines = [f"{X[0]};{Y[0]};{X[-1] - X[0]};{Y[-1] - Y[0]}", f"{len(X)};{len(Y)};-1;1", "1;100;100", *(";".join(map(str, row)) for row in Z)]
+    lines = [
+        f"{X[0]};{Y[0]};{X[-1] - X[0]};{Y[-1] - Y[0]}",
+        f"{len(X)};{len(Y)};-1;1",
+        "1;100;100",
+        *(";".join(map(str, row)) for row in Z),
+    ]
     return "\r\n".join(line.replace(".", ",") if comma and k < 3 else line for k, line in enumerate(lines)) + "\r\n"
 
 
 def pilot():
     points = "".join(f'<point X="{i}" Y="{j}">{Z[j, i]}</point>\n' for i in range(len(X)) for j in range(len(Y)))
-    return (f'<?xml version="1.0" encoding="utf-8"?>\n<heightmap MinX="{X[0]}" MinY="{Y[0]}" MaxX="{X[-1]}" MaxY="{Y[-1]}" SizeX="{len(X)}" '
-            f'SizeY="{len(Y)}">\n{points}</heightmap>\n')
+    return (
+        f'<?xml version="1.0" encoding="utf-8"?>\n'
+        f'<heightmap MinX="{X[0]}" MinY="{Y[0]}" MaxX="{X[-1]}" MaxY="{Y[-1]}" SizeX="{len(X)}" '
+        f'SizeY="{len(Y)}">\n{points}</heightmap>\n'
+    )
 
 
 def rows(form, order=None):
@@ -30,6 +39,14 @@ def bcnc():
     return f"{X[0]} {X[-1]} {len(X)}\n{Y[0]} {Y[-1]} {len(Y)}\n-10 3 100\n\n\n{rows('{} {} {}')}"
 
 
-FORMS = {"candle": candle(), "candle with commas": candle(True), "opencncpilot": pilot(), "bcnc": bcnc(), "xyz": rows("{} {} {}"),
-         "csv": "x,y,z\n" + rows("{},{},{}", 1), "semicolons": rows("{};{};{}", 2), "tabs and a mark": "\ufeff" + rows("{}\t{}\t{}", 3),
-         "blanks and commas": rows("{}, {}, {}", 4)}
+FORMS = {
+    "candle": candle(),
+    "candle with commas": candle(True),
+    "opencncpilot": pilot(),
+    "bcnc": bcnc(),
+    "xyz": rows("{} {} {}"),
+    "csv": "x,y,z\n" + rows("{},{},{}", 1),
+    "semicolons": rows("{};{};{}", 2),
+    "tabs and a mark": "\ufeff" + rows("{}\t{}\t{}", 3),
+    "blanks and commas": rows("{}, {}, {}", 4),
+}

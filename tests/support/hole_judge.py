@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Random holes for G12 and G13, and the verdict on one: shared by test_hole.py and test_g12_g13*.py."""
+
 import math
 
 from chipwise.cycles import hole
@@ -10,8 +11,19 @@ TOLERANCE = 0.001  # mm, the target: no kerf further outside the hole
 
 def request(**changes):
     """A hole of 20 mm, tool 2 mm, H 8."""
-    values = dict(x=10.0, y=-5.0, bottom=-6.0, clearance=2.0, radius=10.0, ccw=True, tool_radius=1.0, feed=600.0,
-                  plunge_feed=300.0, start=(0.0, 0.0, 20.0), chop_size=8.0)
+    values = dict(
+        x=10.0,
+        y=-5.0,
+        bottom=-6.0,
+        clearance=2.0,
+        radius=10.0,
+        ccw=True,
+        tool_radius=1.0,
+        feed=600.0,
+        plunge_feed=300.0,
+        start=(0.0, 0.0, 20.0),
+        chop_size=8.0,
+    )
     return hole.HoleRequest(**{**values, **changes})
 
 
@@ -19,9 +31,16 @@ def random_case(rng):
     """A hole with any mixture of diameter, tool and H: from hardly larger than the tool to 60 tools across."""
     tool = rng.choice([rng.uniform(0.4, 3), rng.uniform(2, 12)])
     d = tool * rng.uniform(1.02, rng.choice([2.5, 6, 30, 60]))
-    return request(radius=d / 2, tool_radius=tool / 2, chop_size=rng.uniform(0.12, 1.3) * d,
-                   x=rng.uniform(-50, 50), y=rng.uniform(-50, 50), ccw=rng.random() < 0.5,
-                   depth_step=rng.choice([None, 1.1, 3.0]), start=(rng.uniform(-60, 60), rng.uniform(-60, 60), 5.0))
+    return request(
+        radius=d / 2,
+        tool_radius=tool / 2,
+        chop_size=rng.uniform(0.12, 1.3) * d,
+        x=rng.uniform(-50, 50),
+        y=rng.uniform(-50, 50),
+        ccw=rng.random() < 0.5,
+        depth_step=rng.choice([None, 1.1, 3.0]),
+        start=(rng.uniform(-60, 60), rng.uniform(-60, 60), 5.0),
+    )
 
 
 def judge(r, elements, cell_share=1 / 220):

@@ -82,7 +82,9 @@ def points_on(element, count=721):
         return np.array([element.a[:2], element.b[:2]])
     t0, turn = element.sweep
     t = t0 + turn * np.linspace(0, 1, count)
-    return np.column_stack([element.centre[0] + element.radius * np.cos(t), element.centre[1] + element.radius * np.sin(t)])
+    return np.column_stack(
+        [element.centre[0] + element.radius * np.cos(t), element.centre[1] + element.radius * np.sin(t)]
+    )
 
 
 def outside(elements, centre, radius, tool_radius):
@@ -203,7 +205,7 @@ class Raster:
         columns = np.flatnonzero((self.x[0] >= x0) & (self.x[0] <= x1))
         rows = np.flatnonzero((self.y[:, 0] >= y0) & (self.y[:, 0] <= y1))
         if len(columns) and len(rows):
-            part = np.s_[rows[0]:rows[-1] + 1, columns[0]:columns[-1] + 1]
+            part = np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
             self.solid[part] &= distance(element, self.x[part], self.y[part]) > self.tool_radius
 
     def loose(self):
@@ -249,8 +251,14 @@ def split(element, parts):
         return [element]
     t0, turn = element.sweep
     z = element.b[2]
-    ends = [(element.centre[0] + element.radius * math.cos(t0 + turn * k / parts),
-             element.centre[1] + element.radius * math.sin(t0 + turn * k / parts), z) for k in range(parts + 1)]
+    ends = [
+        (
+            element.centre[0] + element.radius * math.cos(t0 + turn * k / parts),
+            element.centre[1] + element.radius * math.sin(t0 + turn * k / parts),
+            z,
+        )
+        for k in range(parts + 1)
+    ]
     return [replace(element, a=p, b=q) for p, q in zip(ends, ends[1:])]
 
 
@@ -271,7 +279,9 @@ def grid_pieces(elements, centre, radius, tool_radius, depth):
         if low < slug:
             spans.append((low, slug))
         gaps.append(spans)
-    return [enclosing_diameter(shape) for x in gaps[0] for y in gaps[1] if (shape := _cell_outline(x, y, slug)) is not None]
+    return [
+        enclosing_diameter(shape) for x in gaps[0] for y in gaps[1] if (shape := _cell_outline(x, y, slug)) is not None
+    ]
 
 
 def _cell_outline(x, y, radius):
@@ -297,7 +307,6 @@ def rapid_faults(elements, clearance):
     faults = []
     for e in elements:
         sideways = math.dist(e.a[:2], e.b[:2]) > 1e-6
-        if e.kind == "rapid" and ((sideways and min(e.a[2], e.b[2]) < clearance - 1e-4)
-                                  or (e.b[2] < clearance - 1e-4)):
+        if e.kind == "rapid" and ((sideways and min(e.a[2], e.b[2]) < clearance - 1e-4) or (e.b[2] < clearance - 1e-4)):
             faults.append(e)
     return faults

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Random pockets whose islands all stand apart, for the geometry's tests and bench/pocket_engagement.py."""
+
 import math
 
 import numpy as np
@@ -27,9 +28,11 @@ def random_islands(seed):
         made = from_elements(make_contour(island).elements)
         edge = np.concatenate([np.stack([np.array(el[1:3])]) for el in made])
         dense = np.concatenate([curve_points(el) for el in made])
-        if (winding(shape, edge) != 0).all() and nearest(taken, dense).min() > 0.05 \
-                and all((winding(from_elements(make_contour(other).elements), edge) == 0).all()
-                        for other in loops[1:]):
+        if (
+            (winding(shape, edge) != 0).all()
+            and nearest(taken, dense).min() > 0.05
+            and all((winding(from_elements(make_contour(other).elements), edge) == 0).all() for other in loops[1:])
+        ):
             loops.append(island)
             taken = taken + made
     return loops, math.exp(rng.uniform(math.log(0.2), math.log(6.0)))
@@ -42,6 +45,10 @@ def curve_points(el):
 def shifted(parts, by):
     def move(p):
         return (p[0] + by[0], p[1] + by[1])
-    return [ArcElement(move(q.start), move(q.end), move(q.centre), q.ccw, q.line)
-            if isinstance(q, ArcElement) else LineElement(move(q.start), move(q.end), q.line)
-            for q in parts]
+
+    return [
+        ArcElement(move(q.start), move(q.end), move(q.centre), q.ccw, q.line)
+        if isinstance(q, ArcElement)
+        else LineElement(move(q.start), move(q.end), q.line)
+        for q in parts
+    ]

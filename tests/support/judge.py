@@ -9,6 +9,7 @@ nothing with the product's core and nothing with tests/support/fine_model.c; it 
 Two ways to the same volume are always computed, the section area summed along the path and needles on a grid
 turned by TURN; `verdict.own_error` is their difference as a share of the volume.
 """
+
 import ctypes as C
 from dataclasses import dataclass
 
@@ -17,20 +18,21 @@ import numpy as np
 from support import ROOT
 
 LIBRARY = ROOT / "build" / "tests" / "support" / "judge.so"
-TURN = 0.5437               # rad, of the needles' grid against the machine's axes
-NEEDLE = 0.11               # mm between needles, and no fewer than 40 over the smallest tool
-CHORD = 1e-4                # mm, how far chords may be from the samples
-CELL = 0.04                 # mm of travel between two section areas; above 6 mm of diameter in proportion
-FEEDS = (2, 3)              # motion types of a feed move and an arc
+TURN = 0.5437  # rad, of the needles' grid against the machine's axes
+NEEDLE = 0.11  # mm between needles, and no fewer than 40 over the smallest tool
+CHORD = 1e-4  # mm, how far chords may be from the samples
+CELL = 0.04  # mm of travel between two section areas; above 6 mm of diameter in proportion
+FEEDS = (2, 3)  # motion types of a feed move and an arc
 OVER = 1.02
 WINDOW_S, SHORT_S = 0.010, 0.001
-CUTTING_MM3 = 1e-6          # a window that removes less does not cut
+CUTTING_MM3 = 1e-6  # a window that removes less does not cut
 CUTTING_MM2 = 1e-3
 
 
 @dataclass(frozen=True)
 class Tool:
     """Diameter, corner radius (mm), included tip angle (degrees; 0: none)."""
+
     diameter: float
     corner: float = 0.0
     angle: float = 0.0
@@ -43,6 +45,7 @@ def ball(diameter):
 @dataclass(frozen=True)
 class Blank:
     """A box, or a cylinder along Z, in machine coordinates, mm; `turn` (rad) about its centre."""
+
     x: float
     y: float
     size_x: float
@@ -54,22 +57,36 @@ class Blank:
 
     @classmethod
     def corners(cls, low, high):
-        return cls(0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), high[0] - low[0], high[1] - low[1], low[2], high[2])
+        return cls(
+            0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), high[0] - low[0], high[1] - low[1], low[2], high[2]
+        )
 
     @classmethod
     def cylinder(cls, x, y, diameter, low, high):
         return cls(x, y, diameter, diameter, low, high, round=True)
 
     def packed(self):
-        return np.array([float(self.round), self.x, self.y, 0.5 * self.size_x, 0.5 * self.size_y,
-                         np.cos(self.turn), np.sin(self.turn), self.low, self.high])
+        return np.array(
+            [
+                float(self.round),
+                self.x,
+                self.y,
+                0.5 * self.size_x,
+                0.5 * self.size_y,
+                np.cos(self.turn),
+                np.sin(self.turn),
+                self.low,
+                self.high,
+            ]
+        )
 
 
 class Run:
     """A log: tips (n, 3) mm, tool (n,) number in the list of tools, apart (n,) nothing is swept up to here."""
 
     def __init__(self, log, tool=None, start=0):
-        """`log`: the columns of a servo-rate log; `tool`: which tool is in at every row; `start`: the blank's first row."""
+        """`log`: the columns of a servo-rate log; `tool`: which tool is in at every row; `start`: the blank's first
+        row."""
         data = {key: log[key] for key in (log.files if hasattr(log, "files") else log)}
         self.period, unit = float(data["period"]), float(data["units_per_mm"])
         offset = data["tool_offset_z"]
@@ -83,7 +100,7 @@ class Run:
         self.took = ticks * self.period
         apart = np.diff(offset, prepend=offset[:1]) != 0.0
         apart |= np.diff(self.tool, prepend=self.tool[:1]) != 0
-        apart[:start + 1] = True
+        apart[: start + 1] = True
         self.apart = apart
         self.feeding = np.isin(self.motion, FEEDS)
         self.columns = data
@@ -106,8 +123,15 @@ def chords(tips, apart, tolerance=CHORD):
     apart = np.ascontiguousarray(apart, dtype=np.uint8)
     count = len(tips)
     first, last, path = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count)
-    made = library().judge_chords(C.c_long(count), pointer(tips), pointer(apart), C.c_double(tolerance),
-                                  pointer(first), pointer(last), pointer(path))
+    made = library().judge_chords(
+        C.c_long(count),
+        pointer(tips),
+        pointer(apart),
+        C.c_double(tolerance),
+        pointer(first),
+        pointer(last),
+        pointer(path),
+    )
     return first[:made], last[:made], path
 
 
@@ -119,8 +143,17 @@ def areas(blank, tools, ends, tool_of, cell=CELL):
     """-> (m, 2): path at the end of each cell (mm), section area in it (mm2)."""
     room = int(np.linalg.norm(ends[:, 3:] - ends[:, :3], axis=1).sum() / cell) + 2 * len(ends) + 16
     cells, sizes, box = np.zeros((room, 2)), packed_tools(tools), blank.packed()
-    made = library().judge_areas(pointer(box), C.c_long(len(sizes)), pointer(sizes), C.c_long(len(ends)), pointer(ends),
-                                 pointer(tool_of), C.c_double(cell), C.c_long(room), pointer(cells))
+    made = library().judge_areas(
+        pointer(box),
+        C.c_long(len(sizes)),
+        pointer(sizes),
+        C.c_long(len(ends)),
+        pointer(ends),
+        pointer(tool_of),
+        C.c_double(cell),
+        C.c_long(room),
+        pointer(cells),
+    )
     if made < 0:
         raise RuntimeError("judge: no room for the cells")
     return cells[:made]
@@ -129,20 +162,31 @@ def areas(blank, tools, ends, tool_of, cell=CELL):
 def needles(blank, tools, ends, tool_of, spacing, turn=TURN):
     """-> (n,) volume (mm3) gone at the end of each chord."""
     volume, sizes, box = np.zeros(len(ends)), packed_tools(tools), blank.packed()
-    if library().judge_needles(pointer(box), C.c_long(len(sizes)), pointer(sizes), C.c_long(len(ends)), pointer(ends),
-                               pointer(tool_of), C.c_double(spacing), C.c_double(turn), pointer(volume)):
+    if library().judge_needles(
+        pointer(box),
+        C.c_long(len(sizes)),
+        pointer(sizes),
+        C.c_long(len(ends)),
+        pointer(ends),
+        pointer(tool_of),
+        C.c_double(spacing),
+        C.c_double(turn),
+        pointer(volume),
+    ):
         raise MemoryError("judge: no memory for the needles")
     return volume
 
 
 @dataclass
 class Swept:
-    """What the run removed: path (n,) mm and volume (n,) mm3 at each sample, area (n,) mm2 of the step that ends there."""
+    """What the run removed: path (n,) mm and volume (n,) mm3 at each sample, area (n,) mm2 of the step that ends
+    there."""
+
     path: np.ndarray
     volume: np.ndarray
     area: np.ndarray
     needle_volume: float
-    own_error: float            # |area summed - needles| / volume, the worst over the run, as a share of its end
+    own_error: float  # |area summed - needles| / volume, the worst over the run, as a share of its end
 
 
 def sweep(run, blank, tools, cell=CELL, spacing=None, turn=TURN, tolerance=CHORD):
@@ -158,22 +202,26 @@ def sweep(run, blank, tools, cell=CELL, spacing=None, turn=TURN, tolerance=CHORD
     if spacing is None:
         spacing = min(NEEDLE, min(t.diameter for t in tools) / 40.0)
     counted = needles(blank, tools, ends, tool_of, spacing, turn) if len(ends) else np.zeros(1)
-    off = np.abs(np.interp(path[last], np.concatenate([[0.0], found[:, 0]]), total) - counted) if len(ends) else np.zeros(1)
+    off = (
+        np.abs(np.interp(path[last], np.concatenate([[0.0], found[:, 0]]), total) - counted)
+        if len(ends)
+        else np.zeros(1)
+    )
     return Swept(path, volume, area, float(counted[-1]), float(off.max() / max(counted[-1], 1e-9)))
 
 
 @dataclass
 class Verdict:
-    peak_10ms: float            # of the target
+    peak_10ms: float  # of the target
     peak_1ms: float
-    over_share: float           # of the cutting time, above 102 % in 10 ms
+    over_share: float  # of the cutting time, above 102 % in 10 ms
     cutting_s: float
-    volume: float               # mm3, needles
-    rapid_volume: float         # mm3 removed by traverses
+    volume: float  # mm3, needles
+    rapid_volume: float  # mm3 removed by traverses
     own_error: float
-    mean: float                 # of the target, over the windows limited by nothing but the stock
-    places: list                # [(ratio, ms, line, x, y, z)] worst clusters above 102 %
-    worst: tuple                # (ratio, line, x, y, z) of the highest 10 ms
+    mean: float  # of the target, over the windows limited by nothing but the stock
+    places: list  # [(ratio, ms, line, x, y, z)] worst clusters above 102 %
+    worst: tuple  # (ratio, line, x, y, z) of the highest 10 ms
 
 
 def windows(run, swept, target, span):
@@ -200,8 +248,14 @@ def clusters(run, rows, ratio, span, count=6):
     found = []
     for some, level in zip(np.split(rows, cut), np.split(ratio, cut)):
         row = int(some[np.argmax(level)]) - span // 2
-        found.append((round(float(level.max()), 4), round(1000.0 * len(some) * run.period, 1), int(run.line[row]),
-                      *np.round(run.tips[row], 3).tolist()))
+        found.append(
+            (
+                round(float(level.max()), 4),
+                round(1000.0 * len(some) * run.period, 1),
+                int(run.line[row]),
+                *np.round(run.tips[row], 3).tolist(),
+            )
+        )
     return sorted(found, reverse=True)[:count]
 
 
@@ -214,9 +268,20 @@ def judge(run, blank, tools, target, swept=None, **options):
     _rows, brief = windows(run, swept, target, short)
     rapid = np.diff(swept.volume, prepend=0.0)[run.motion == 1].sum()
     top = int(np.argmax(ratio)) if len(ratio) else 0
-    worst = () if not len(ratio) else (float(ratio[top]), int(run.line[rows[top]]),
-                                       *np.round(run.tips[rows[top] - span // 2], 3).tolist())
-    return Verdict(float(ratio.max(initial=0.0)), float(brief.max(initial=0.0)),
-                   float((ratio > OVER).mean()) if len(ratio) else 0.0, len(rows) * run.period,
-                   swept.needle_volume, float(rapid), swept.own_error,
-                   float(np.median(ratio)) if len(ratio) else 0.0, clusters(run, rows, ratio, span), worst)
+    worst = (
+        ()
+        if not len(ratio)
+        else (float(ratio[top]), int(run.line[rows[top]]), *np.round(run.tips[rows[top] - span // 2], 3).tolist())
+    )
+    return Verdict(
+        float(ratio.max(initial=0.0)),
+        float(brief.max(initial=0.0)),
+        float((ratio > OVER).mean()) if len(ratio) else 0.0,
+        len(rows) * run.period,
+        swept.needle_volume,
+        float(rapid),
+        swept.own_error,
+        float(np.median(ratio)) if len(ratio) else 0.0,
+        clusters(run, rows, ratio, span),
+        worst,
+    )

@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The side force on the cutter in a run, edge by edge, from the servo-rate log, the blank and the tools alone.
 
-Called by bench/bench_force.py, tests/oracles/test_judge_force.py and tests/core/test_force_shapes.py.  How it computes: tests/support/judge_force.c; of the
-product it has nothing.
+Called by bench/bench_force.py, tests/oracles/test_judge_force.py and tests/core/test_force_shapes.py.  How it computes:
+tests/support/judge_force.c; of the product it has nothing.
 
     force = side_force(Run(log), blank, [Tool(6.0)], [2], rps, kc11=800.0, mc=0.25)
 
-The chip of an edge is what the tool has gone in 1 / (n z), since the edge before was at that angle.  The force of a period is the largest of all angles of
-the cutter, so a turn has none that is larger.
+The chip of an edge is what the tool has gone in 1 / (n z), since the edge before was at that angle.  The force of a
+period is the largest of all angles of the cutter, so a turn has none that is larger.
 """
+
 import ctypes as C
 from dataclasses import dataclass
 
@@ -16,7 +17,7 @@ import numpy as np
 
 from support import judge as judging
 
-STEP = 0.04         # mm between places
+STEP = 0.04  # mm between places
 CARBIDE = 580000.0  # N/mm2
 
 
@@ -27,9 +28,19 @@ def places(blank, tools, edges, mc, ends, tool_of, step=STEP):
     flutes = np.asarray(edges, dtype=np.int32)
     if (360 % flutes).any():
         raise ValueError(f"judge: edges {edges} do not divide 360")
-    made = judging.library().judge_force(judging.pointer(box), C.c_long(len(sizes)), judging.pointer(sizes), judging.pointer(flutes), C.c_double(mc),
-                                         C.c_long(len(ends)), judging.pointer(ends), judging.pointer(tool_of), C.c_double(step), C.c_long(room),
-                                         judging.pointer(rows))
+    made = judging.library().judge_force(
+        judging.pointer(box),
+        C.c_long(len(sizes)),
+        judging.pointer(sizes),
+        judging.pointer(flutes),
+        C.c_double(mc),
+        C.c_long(len(ends)),
+        judging.pointer(ends),
+        judging.pointer(tool_of),
+        C.c_double(step),
+        C.c_long(room),
+        judging.pointer(rows),
+    )
     if made < 0:
         raise RuntimeError("judge: no room for the places")
     return rows[:made]
@@ -52,20 +63,20 @@ def side_force(run, blank, tools, edges, rps, kc11, mc, step=STEP):
 
 def stiffness(diameter, stick_out, modulus=CARBIDE):
     """N that bend the tip of a round beam by 1 mm."""
-    return 3.0 * modulus * np.pi * diameter ** 4 / 64.0 / stick_out ** 3
+    return 3.0 * modulus * np.pi * diameter**4 / 64.0 / stick_out**3
 
 
 @dataclass
 class ForceVerdict:
-    peak: float         # of the limit, in one period
-    over_share: float   # of the time with a force, above PEAK
-    used: float         # of the limit: median of the time in which `limits` is said
-    limits_share: float     # of the time with a force, in which it is said
-    worst: tuple        # (line, x, y, z) of the peak
+    peak: float  # of the limit, in one period
+    over_share: float  # of the time with a force, above PEAK
+    used: float  # of the limit: median of the time in which `limits` is said
+    limits_share: float  # of the time with a force, in which it is said
+    worst: tuple  # (line, x, y, z) of the peak
 
 
 PEAK = 1.05
-LEAST = 1e-3            # of the limit: less is air
+LEAST = 1e-3  # of the limit: less is air
 
 
 def judge(run, force, limit, held, limits):
@@ -75,5 +86,10 @@ def judge(run, force, limit, held, limits):
         return ForceVerdict(0.0, 0.0, 0.0, 0.0, ())
     load = force[rows] / limit[rows]
     said, top = limits[rows], rows[int(np.argmax(load))]
-    return ForceVerdict(float(load.max()), float((load > PEAK).mean()), float(np.median(load[said])) if said.any() else 0.0, float(said.mean()),
-                        (int(run.line[top]), *np.round(run.tips[top], 3).tolist()))
+    return ForceVerdict(
+        float(load.max()),
+        float((load > PEAK).mean()),
+        float(np.median(load[said])) if said.any() else 0.0,
+        float(said.mean()),
+        (int(run.line[top]), *np.round(run.tips[top], 3).tolist()),
+    )

@@ -1,24 +1,27 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Judges the links between the cuts of a surface: where the tool really is when LinuxCNC rounds their corners, and how long it takes.
+"""Judges the links between the cuts of a surface: where the tool really is when LinuxCNC rounds their corners, and how
+long it takes.
 
-Shares nothing with the package but the moves.  Corners are arcs that are off the corner by at most the tolerance of G64 and take at most half of
-each side; the speed is found by passing over points of the path forwards and backwards.
+Shares nothing with the package but the moves.  Corners are arcs that are off the corner by at most the tolerance of G64
+and take at most half of each side; the speed is found by passing over points of the path forwards and backwards.
 """
+
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from support import surface_judge
 
-STEP = 0.05                             # mm between points of a path
-SPEED, ACCEL = 100.0, 500.0             # mm/s, mm/s2 of each axis of the simulated mill
-ACROSS, ALONG = 0.866, 0.5              # of the acceleration on an arc
-EXACT = 0.002                           # mm: G64 P of the cuts
+STEP = 0.05  # mm between points of a path
+SPEED, ACCEL = 100.0, 500.0  # mm/s, mm/s2 of each axis of the simulated mill
+ACROSS, ALONG = 0.866, 0.5  # of the acceleration on an arc
+EXACT = 0.002  # mm: G64 P of the cuts
 
 
 @dataclass
 class Link:
-    """first: number of its first move; before: (feed, points) of a lift; corners: (k, 3) of its traverses; blend: mm; after: (feed, points) in"""
+    """first: number of its first move; before: (feed, points) of a lift; corners: (k, 3) of its traverses; blend: mm;
+    after: (feed, points) in"""
 
     first: int
     corners: list
@@ -38,7 +41,12 @@ def links_of(moves, start):
         new = np.array([old if value is None else value for old, value in zip(at, (move.x, move.y, move.z))], float)
         if kind == "Rapid":
             if one is None:
-                lifts = last is not None and last[0] == "Line" and np.allclose(last[1][0][:2], last[1][1][:2]) and last[1][1][2] > last[1][0][2]
+                lifts = (
+                    last is not None
+                    and last[0] == "Line"
+                    and np.allclose(last[1][0][:2], last[1][1][:2])
+                    and last[1][1][2] > last[1][0][2]
+                )
                 one = Link(k, [at], blend, (last[2], last[1]) if lifts else ())
             one.corners.append(new)
         elif one is not None:
@@ -88,15 +96,19 @@ def path_seconds(points, radii, speed=np.inf):
     most = np.abs(step / length[:, None]).max(axis=1)
     is_arc = np.isfinite(np.maximum(radii[:-1], radii[1:])[keep])
     accel = np.where(is_arc, ALONG * ACCEL, ACCEL / most)
-    top = np.minimum(np.minimum(speed, SPEED / most), np.where(is_arc, np.sqrt(ACROSS * ACCEL * np.minimum(radius, 1e9)), np.inf))
+    top = np.minimum(
+        np.minimum(speed, SPEED / most), np.where(is_arc, np.sqrt(ACROSS * ACCEL * np.minimum(radius, 1e9)), np.inf)
+    )
     square = np.concatenate([[0.0], np.minimum(top[:-1], top[1:]) ** 2, [0.0]])
     for k in range(len(length)):
         square[k + 1] = min(square[k + 1], square[k] + 2 * accel[k] * length[k])
     for k in range(len(length) - 1, -1, -1):
         square[k] = min(square[k], square[k + 1] + 2 * accel[k] * length[k])
     peak = np.minimum(top, np.sqrt((square[:-1] + square[1:]) / 2 + accel * length))
-    ramps = (2 * peak ** 2 - square[:-1] - square[1:]) / (2 * accel)
-    return float(((2 * peak - np.sqrt(square[:-1]) - np.sqrt(square[1:])) / accel + np.maximum(length - ramps, 0) / peak).sum())
+    ramps = (2 * peak**2 - square[:-1] - square[1:]) / (2 * accel)
+    return float(
+        ((2 * peak - np.sqrt(square[:-1]) - np.sqrt(square[1:])) / accel + np.maximum(length - ramps, 0) / peak).sum()
+    )
 
 
 def rounded_positions(moves, start):

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Random drawings of loops within loops, as people hand them over, and what a G79 of them must cut, by shapely alone.
 
-drawing(seed)   chains of parts: loops nested up to four deep in any order, direction and start; some drawn twice, some joined
-                by G1, some that begin in one place, some with spikes; and the even-odd region of what was meant
+drawing(seed)   chains of parts: loops nested up to four deep in any order, direction and start; some drawn twice, some
+                joined by G1, some that begin in one place, some with spikes; and the even-odd region of what was meant
 judge(moves, ..) what the tool sweeps against that region, over the whole area: areas, deepest gouge, widest rest
 judge_drawing() the same of drawing(seed), with finer chords where they matter
 Each has been seen to fail: tests/geometry/test_nesting.py feeds sabotaged moves.  Lengths mm.
 """
+
 import math
 from typing import NamedTuple
 
@@ -18,12 +19,13 @@ from shapely.prepared import prep
 from chipwise.geometry.base.contour import ArcElement, LineElement
 from support import hole_oracle as trace
 
-SAGITTA = 1e-4          # of chords for arcs
-# where two arcs cross at a flat angle, chords move the crossing by ten times their sagitta: such a drawing is judged again
+SAGITTA = 1e-4  # of chords for arcs
+# where two arcs cross at a flat angle, chords move the crossing by ten times their sagitta: such a drawing is judged
+# again
 FINE_SAGITTA = 1e-5
-GAP = 0.01              # that a chain may have, and length of a spike
-FINEST, FURTHEST = 1e-4, 1e3    # of the distances that are measured
-LEAST_AREA = 1e-9       # mm2: what is smaller is rounding of shapely
+GAP = 0.01  # that a chain may have, and length of a spike
+FINEST, FURTHEST = 1e-4, 1e3  # of the distances that are measured
+LEAST_AREA = 1e-9  # mm2: what is smaller is rounding of shapely
 
 # What a verdict may be, exclusive: the target for areas, as a share; chords of the judge.
 SHARE, GOUGE_MM, REST_MM = 1e-3, 1e-3, 1e-3
@@ -75,7 +77,13 @@ def _nest(rng, x, y, size, depth):
         for k in range(count if each > 1.5 else 0):
             out = 0.0 if count == 1 else inner * 0.5
             turn = math.pi * k + rng.random()
-            found += _nest(rng, x + out * math.cos(turn), y + out * math.sin(turn), each * rng.uniform(0.85, 1.0) if count == 1 else each, depth + 1)
+            found += _nest(
+                rng,
+                x + out * math.cos(turn),
+                y + out * math.sin(turn),
+                each * rng.uniform(0.85, 1.0) if count == 1 else each,
+                depth + 1,
+            )
     return found
 
 
@@ -84,7 +92,7 @@ def _side(rng, p, q, middle, bowed):
     if not bowed or rng.random() < 0.5:
         return LineElement(p, q, 0)
     chord, rise = math.dist(p, q), -0.05 * math.dist(p, q)
-    radius = (chord ** 2 / 4 + rise ** 2) / (2 * abs(rise))
+    radius = (chord**2 / 4 + rise**2) / (2 * abs(rise))
     m = ((p[0] + q[0]) / 2, (p[1] + q[1]) / 2)
     out = ((m[0] - middle[0]) / math.dist(m, middle), (m[1] - middle[1]) / math.dist(m, middle))
     far = radius - abs(rise)
@@ -94,8 +102,12 @@ def _side(rng, p, q, middle, bowed):
 def _turned(rng, parts):
     """The loop in a random direction, begun at a random corner."""
     if rng.random() < 0.5:
-        parts = [ArcElement(p.end, p.start, p.centre, not p.ccw, 0) if isinstance(p, ArcElement) else LineElement(p.end, p.start, 0)
-                 for p in reversed(parts)]
+        parts = [
+            ArcElement(p.end, p.start, p.centre, not p.ccw, 0)
+            if isinstance(p, ArcElement)
+            else LineElement(p.end, p.start, 0)
+            for p in reversed(parts)
+        ]
     k = int(rng.integers(0, len(parts)))
     return [*parts[k:], *parts[:k]]
 
@@ -108,7 +120,7 @@ def _spiked(rng, parts):
     p, length = parts[k], rng.uniform(0.2, 0.99) * GAP
     far = math.dist(p.start, p.end)
     tip = tuple(e + length * (e - s) / far for s, e in zip(p.start, p.end))
-    return [*parts[:k], LineElement(p.start, tip, 0), LineElement(tip, p.end, 0), *parts[k + 1:]]
+    return [*parts[:k], LineElement(p.start, tip, 0), LineElement(tip, p.end, 0), *parts[k + 1 :]]
 
 
 def _chains(rng, loops):
@@ -122,16 +134,23 @@ def _chains(rng, loops):
             if rng.random() < 0.5:
                 chains.append(again)
             elif again[0].start == chain[0].start:
-                chain = chain + again                                       # both begin in one place, without G0
+                chain = chain + again  # both begin in one place, without G0
         if chains and single and before_is_single and rng.random() < 0.3:
             before = chains.pop()
             chain = before + [LineElement(before[-1].end, chain[0].start, 0)] + chain
-            if rng.random() < 0.3:                                          # and back again
+            if rng.random() < 0.3:  # and back again
                 chain.append(LineElement(chain[-1].end, before[-1].end, 0))
         chains.append(chain)
     line = _Line()
-    return tuple(tuple(ArcElement(p.start, p.end, p.centre, p.ccw, line.next()) if isinstance(p, ArcElement)
-                       else LineElement(p.start, p.end, line.next()) for p in chain) for chain in chains)
+    return tuple(
+        tuple(
+            ArcElement(p.start, p.end, p.centre, p.ccw, line.next())
+            if isinstance(p, ArcElement)
+            else LineElement(p.start, p.end, line.next())
+            for p in chain
+        )
+        for chain in chains
+    )
 
 
 def loop_points(parts, sagitta=SAGITTA):
@@ -148,8 +167,13 @@ def arc_points(start, end, centre, ccw, sagitta=SAGITTA):
     turn = (b - a if ccw else a - b) % (2 * math.pi)
     turn = 2 * math.pi if math.dist(start, end) < 1e-9 else turn
     count = max(4, math.ceil(turn / (2 * math.acos(1 - min(sagitta / radius, 1)))))
-    return [(centre[0] + radius * math.cos(a + (turn if ccw else -turn) * k / count),
-             centre[1] + radius * math.sin(a + (turn if ccw else -turn) * k / count)) for k in range(count)]
+    return [
+        (
+            centre[0] + radius * math.cos(a + (turn if ccw else -turn) * k / count),
+            centre[1] + radius * math.sin(a + (turn if ccw else -turn) * k / count),
+        )
+        for k in range(count)
+    ]
 
 
 def quarter(radius, sagitta=SAGITTA):
@@ -161,18 +185,31 @@ def cut_pieces(moves, start, radius, floor, sagitta=SAGITTA):
     """What the tool sweeps on each move at the floor."""
     found = []
     for e in trace.walk(moves, start):
-        if e.kind != "rapid" and max(e.a[2], e.b[2]) < floor + 1e-6 and (e.kind == "arc" or math.dist(e.a[:2], e.b[:2]) > 0):
-            points = [*arc_points(e.a[:2], e.b[:2], e.centre, e.ccw, sagitta), e.b[:2]] if e.kind == "arc" else [e.a[:2], e.b[:2]]
-            half = len(points) // 2 if points[0] == points[-1] else 0       # GEOS leaves a hole in the middle of what a small circle sweeps
-            found += [LineString(part).buffer(radius, quarter(radius, sagitta)) for part in ((points[:half + 1], points[half:]) if half else (points,))]
+        if (
+            e.kind != "rapid"
+            and max(e.a[2], e.b[2]) < floor + 1e-6
+            and (e.kind == "arc" or math.dist(e.a[:2], e.b[:2]) > 0)
+        ):
+            points = (
+                [*arc_points(e.a[:2], e.b[:2], e.centre, e.ccw, sagitta), e.b[:2]]
+                if e.kind == "arc"
+                else [e.a[:2], e.b[:2]]
+            )
+            half = (
+                len(points) // 2 if points[0] == points[-1] else 0
+            )  # GEOS leaves a hole in the middle of what a small circle sweeps
+            found += [
+                LineString(part).buffer(radius, quarter(radius, sagitta))
+                for part in ((points[: half + 1], points[half:]) if half else (points,))
+            ]
     return found
 
 
 def united(pieces, allowed):
-    """The union of pieces, each of which lies in a region that is allowed.  GEOS sometimes loses a hole where very many edges nearly meet: then it is
-    made again in parts."""
+    """The union of pieces, each of which lies in a region that is allowed.  GEOS sometimes loses a hole where very many
+    edges nearly meet: then it is made again in parts."""
     for size in (len(pieces), 40, 7):
-        found = unary_union([unary_union(pieces[k:k + size]) for k in range(0, len(pieces), size)])
+        found = unary_union([unary_union(pieces[k : k + size]) for k in range(0, len(pieces), size)])
         if found.difference(allowed).area <= LEAST_AREA:
             return found
     raise AssertionError("shapely makes no union of what was cut")
@@ -184,7 +221,8 @@ class Verdict(NamedTuple):
     left      share of the area the tool can clear that was not cleared
     beyond    area cut beyond it, as a share of it
     gouge     mm, how far the place that is cut deepest into a wall or an island lies from the pocket
-    rest      mm, how far the place that is left and lies furthest from all that is cut lies from it: half the width of a rib
+    rest      mm, how far the place that is left and lies furthest from all that is cut lies from it: half the width of
+              a rib
     """
 
     left: float
@@ -207,13 +245,18 @@ def judge_drawing(moves, request, seed):
 def judge(moves, request, region, sagitta=SAGITTA):
     """Verdict on moves; region: shapely, what was drawn to be cleared."""
     radius = request.tool_radius
-    pieces, near = cut_pieces(moves, request.start, radius, request.bottom, sagitta), region.buffer(0.5 * GOUGE_MM, quarter(GOUGE_MM))
+    pieces, near = (
+        cut_pieces(moves, request.start, radius, request.bottom, sagitta),
+        region.buffer(0.5 * GOUGE_MM, quarter(GOUGE_MM)),
+    )
     right = prep(near)
     outside = unary_union([piece for piece in pieces if not right.contains(piece)])
     cut = united(pieces, near.union(outside))
     reach = region.buffer(-radius, quarter(radius, sagitta)).buffer(radius, quarter(radius, sagitta))
     gouge = furthest(cut if outside.is_empty else outside, region)
-    return Verdict(reach.difference(cut).area / reach.area, cut.difference(reach).area / reach.area, gouge, furthest(reach, cut))
+    return Verdict(
+        reach.difference(cut).area / reach.area, cut.difference(reach).area / reach.area, gouge, furthest(reach, cut)
+    )
 
 
 def furthest(a, b):
@@ -223,5 +266,7 @@ def furthest(a, b):
         low, high = high, 2.0 * high
     while low and high - low > FINEST:
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if a.difference(b.buffer(middle, quarter(middle))).area > LEAST_AREA else (low, middle)
+        low, high = (
+            (middle, high) if a.difference(b.buffer(middle, quarter(middle))).area > LEAST_AREA else (low, middle)
+        )
     return low

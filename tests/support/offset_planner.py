@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """LinuxCNC's external offset of three axes as its manual describes it, to judge components/core/axis_offset.c against.
 
-Written from the description (External Axis Offsets; a planner that limits velocity and acceleration and ends without overshoot),
-apart from the core.  tests/machine/test_tracer_run.py has the real one.
+Written from the description (External Axis Offsets; a planner that limits velocity and acceleration and ends without
+overshoot), apart from the core.  tests/machine/test_tracer_run.py has the real one.
 """
+
 import math
 
 import numpy as np
@@ -30,9 +31,11 @@ class Planner:
     def wanted(self, axis):
         """The velocity from which it still ends at the request."""
         distance, gain = self.request[axis] - self.offset[axis], self.acceleration[axis] * PERIOD_S
-        if abs(distance) <= self.acceleration[axis] * PERIOD_S ** 2 * 1e-3:
+        if abs(distance) <= self.acceleration[axis] * PERIOD_S**2 * 1e-3:
             return 0.0
-        return math.copysign(min(math.sqrt(2 * self.acceleration[axis] * abs(distance) + gain ** 2) - gain, self.most[axis]), distance)
+        return math.copysign(
+            min(math.sqrt(2 * self.acceleration[axis] * abs(distance) + gain**2) - gain, self.most[axis]), distance
+        )
 
     def step(self, counts):
         """Moves, then takes the counts of the period before."""

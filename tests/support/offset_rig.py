@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """axis_offset.c in a loop with offset_planner.py.  mm, s."""
+
 import ctypes as C
 
 import numpy as np
@@ -9,8 +10,15 @@ from support.offset_planner import PERIOD_S, Planner
 from support.tracer_rig import filled
 
 STATE, FAULT = layout.AxisOffsetState, layout.AxisOffsetFault
-SETTINGS = dict(acceleration_mm_s2=(450, 450, 450), max_vel_mm_s=(90, 90, 90), count_mm=1e-6, clear_vel_mm_s=20.0, max_astray_mm=5e-4,
-                max_behind_mm=1.0, contact_mm=0.3)
+SETTINGS = dict(
+    acceleration_mm_s2=(450, 450, 450),
+    max_vel_mm_s=(90, 90, 90),
+    count_mm=1e-6,
+    clear_vel_mm_s=20.0,
+    max_astray_mm=5e-4,
+    max_behind_mm=1.0,
+    contact_mm=0.3,
+)
 
 
 class Rig:
@@ -18,7 +26,9 @@ class Rig:
 
     def __init__(self, planner=None, **settings):
         self.settings = filled(layout.AxisOffsetSettings, {**SETTINGS, **settings})
-        self.planner = planner or Planner(SETTINGS["acceleration_mm_s2"], SETTINGS["max_vel_mm_s"], SETTINGS["count_mm"])
+        self.planner = planner or Planner(
+            SETTINGS["acceleration_mm_s2"], SETTINGS["max_vel_mm_s"], SETTINGS["count_mm"]
+        )
         self.axes, self.out, self.given = layout.AxisOffset(), layout.AxisOffsetOut(), layout.AxisOffsetIn()
         core.library().chip_axis_offset_init(C.byref(self.axes))
         self.given.has_request, self.given.has_permit, self.given.has_machine, self.given.period_s = 0, 1, 1, PERIOD_S
@@ -39,7 +49,9 @@ class Rig:
             self.given.position_mm[:] = [float(x) for x in position]
         self.given.deflection_mm = deflection
         self.given.offset_mm[:], self.given.requested_mm[:] = list(self.planner.offset), list(self.planner.request)
-        core.library().chip_axis_offset_step(C.byref(self.axes), C.byref(self.settings), C.byref(self.given), C.byref(self.out))
+        core.library().chip_axis_offset_step(
+            C.byref(self.axes), C.byref(self.settings), C.byref(self.given), C.byref(self.out)
+        )
         self.offsets.append(self.planner.offset.copy())
         self.velocities.append(self.planner.velocity.copy())
         self.states.append((self.out.state_number, self.out.fault_number))

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What is true of an ordinary program in a stock: an interpreter of its own for the words that such programs have, and needles that flat tools cut in closed form.
+"""What is true of an ordinary program in a stock: an interpreter of its own for the words that such programs have, and
+needles that flat tools cut in closed form.
 
-Called by bench/bench_any_program.py and tests/check/test_check_ordinary.py; knows nothing of chipwise/check.  mm, mm/min.
+Called by bench/bench_any_program.py and tests/check/test_check_ordinary.py; knows nothing of chipwise/check.  mm,
+mm/min.
 """
 
 import math
@@ -13,10 +15,10 @@ import numpy as np
 
 _WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))")
 _COMMENT = re.compile(r"\([^()]*\)|;.*")
-PIECE, WINDOW = 0.25, 2.0   # mm: of a feed that is cut at once, and what a rate is the mean of
-ACCEL = 500.0               # mm/s2, of configs/mill.ini
-SPACING = 0.1               # mm between needles
-SAGITTA = 0.002             # mm, of chords of arcs
+PIECE, WINDOW = 0.25, 2.0  # mm: of a feed that is cut at once, and what a rate is the mean of
+ACCEL = 500.0  # mm/s2, of configs/mill.ini
+SPACING = 0.1  # mm between needles
+SAGITTA = 0.002  # mm, of chords of arcs
 
 
 @dataclass
@@ -79,7 +81,7 @@ def _strokes(place, cycle, pecks, high):
         depth -= peck
         yield *place, depth, False
         yield *place, cycle["R"], True
-        yield *place, depth + 0.254, True           # what LinuxCNC leaves to the bottom
+        yield *place, depth + 0.254, True  # what LinuxCNC leaves to the bottom
     yield *place, cycle["Z"], False
     yield *place, high, True
 
@@ -115,7 +117,11 @@ class Stock:
         cut = []
         for k in (1, 0):
             a, b = min(start[k], end[k]) - reach, max(start[k], end[k]) + reach
-            cut.append(slice(max(0, math.floor((a - self.low[k]) / SPACING)), max(0, math.ceil((b - self.low[k]) / SPACING) + 1)))
+            cut.append(
+                slice(
+                    max(0, math.floor((a - self.low[k]) / SPACING)), max(0, math.ceil((b - self.low[k]) / SPACING) + 1)
+                )
+            )
         return tuple(cut)
 
     def _met(self, start, end, radius, where):
@@ -126,7 +132,7 @@ class Stock:
         if square < 1e-12:
             inside = x * x + y * y <= radius * radius
             return np.where(inside, 0.0, np.nan), np.where(inside, 1.0, np.nan)
-        along, root = (x * dx + y * dy) / square, radius * radius / square - (x * dy - y * dx) ** 2 / square ** 2
+        along, root = (x * dx + y * dy) / square, radius * radius / square - (x * dy - y * dx) ** 2 / square**2
         half = np.sqrt(np.where(root >= 0, root, np.nan))
         first, last = np.clip(along - half, 0, 1), np.clip(along + half, 0, 1)
         out = (along + half < 0) | (along - half > 1)
@@ -152,22 +158,23 @@ class Stock:
         met = (z > np.maximum(lowest, self.low[2]) + 1e-9) & (z > self.low[2])
         depth = float(np.max(np.where(met, z - np.minimum(entry, z), 0.0), initial=0.0))
         after = np.where(met, np.maximum(lowest, self.low[2]), z)
-        volume = float((z - after).sum()) * SPACING ** 2
+        volume = float((z - after).sum()) * SPACING**2
         self.z[where] = after
         return depth, volume
 
 
 @dataclass
 class Truth:
-    """By line: the largest depth and rate of feeds, mm and cm3/min; depth of traverses; lines whose traverses are beside stock."""
+    """By line: the largest depth and rate of feeds, mm and cm3/min; depth of traverses; lines whose traverses are
+    beside stock."""
 
     depth: dict
     rate: dict
     rapid: dict
     beside: set
     volume: float = 0.0
-    inner: dict = field(default_factory=dict)           # rates of windows that lie in one line, where F is reached
-    heights: Optional[np.ndarray] = None                # of the needles at the end
+    inner: dict = field(default_factory=dict)  # rates of windows that lie in one line, where F is reached
+    heights: Optional[np.ndarray] = None  # of the needles at the end
 
 
 class _Window:
@@ -193,7 +200,7 @@ class _Window:
 
 def truth(text, low, high, diameter):
     """Truth of a program with one tool in a stock."""
-    stock, found, area = Stock(low, high), Truth({}, {}, {}, set()), math.pi * diameter ** 2 / 4
+    stock, found, area = Stock(low, high), Truth({}, {}, {}, set()), math.pi * diameter**2 / 4
     window = _Window(found)
     for move in moves_of(text):
         length = math.dist(move.start, move.end)
@@ -203,15 +210,25 @@ def truth(text, low, high, diameter):
             found.beside.add(move.line)
         count = 1 if move.rapid else max(1, math.ceil(length / PIECE))
         ends = [tuple(a + (b - a) * k / count for a, b in zip(move.start, move.end)) for k in range(count + 1)]
-        near = (move.feed / 60.0) ** 2 / ACCEL            # from an end: where F is not reached, if the planner has half of the acceleration
+        near = (
+            move.feed / 60.0
+        ) ** 2 / ACCEL  # from an end: where F is not reached, if the planner has half of the acceleration
         for k, (a, b) in enumerate(zip(ends, ends[1:]), 1):
             depth, volume = stock.cut(a, b, diameter / 2)
             found.volume += volume
             if move.rapid:
-                found.rapid[move.line] = max(found.rapid.get(move.line, 0.0), depth, volume / area if math.dist(a[:2], b[:2]) < 1e-6 else 0.0)
+                found.rapid[move.line] = max(
+                    found.rapid.get(move.line, 0.0), depth, volume / area if math.dist(a[:2], b[:2]) < 1e-6 else 0.0
+                )
             else:
                 found.depth[move.line] = max(found.depth.get(move.line, 0.0), depth)
-                window.add(move.line, length / count, volume, move.feed, near < k * length / count - WINDOW < length - near - WINDOW)
+                window.add(
+                    move.line,
+                    length / count,
+                    volume,
+                    move.feed,
+                    near < k * length / count - WINDOW < length - near - WINDOW,
+                )
         if move.rapid:
             window = _Window(found)
     found.heights = stock.z

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Sixty ordinary programs, twelve CAM systems' manners (cam_programs.py) with five shapes of work each, in clothes that programs have: CRLF, small letters, no end,
-no blanks, a traverse home under G91, a tool that the machine does not know, a tool that is called by nobody.
+"""Sixty ordinary programs, twelve CAM systems' manners (cam_programs.py) with five shapes of work each, in clothes that
+programs have: CRLF, small letters, no end, no blanks, a traverse home under G91, a tool that the machine does not know,
+a tool that is called by nobody.
 
 Called by bench/bench_any_program.py and tests/check/test_check_ordinary.py.
 """
@@ -11,7 +12,7 @@ import re
 from support.cam_programs import INCH, MANNERS, TOOL_MM, WORKS, Writer
 
 CLOTHES = ("plain", "crlf", "small", "endless", "packed", "home", "strange", "nobody")
-STRANGE = 912               # a number that no tool table has
+STRANGE = 912  # a number that no tool table has
 
 
 def _code(line):
@@ -38,14 +39,26 @@ def _home(lines):
 
 
 def _strange(lines):
-    return [re.sub(r"(?<![\w.])T[12](?!\d)|(?<=M6)T1\b", f"T{STRANGE}", line).replace("(1 = ", f"({STRANGE} = ").replace("tool#=1 ", f"tool#={STRANGE} ") for line in lines]
+    return [
+        re.sub(r"(?<![\w.])T[12](?!\d)|(?<=M6)T1\b", f"T{STRANGE}", line)
+        .replace("(1 = ", f"({STRANGE} = ")
+        .replace("tool#=1 ", f"tool#={STRANGE} ")
+        for line in lines
+    ]
 
 
 def _nobody(lines):
     return [line for line in lines if not (_code(line) and re.search(r"T\d ?M0?6|M0?6 ?T\d|G43", line))]
 
 
-_DRESS = {"small": _small, "endless": _endless, "packed": _packed, "home": _home, "strange": _strange, "nobody": _nobody}
+_DRESS = {
+    "small": _small,
+    "endless": _endless,
+    "packed": _packed,
+    "home": _home,
+    "strange": _strange,
+    "nobody": _nobody,
+}
 
 
 def programs(seed=1):
@@ -60,7 +73,9 @@ def programs(seed=1):
             work(body, rng, x, y, diameter / 2)
             given = {"d": writer.value(diameter), "z": writer.value(-8), "x": writer.value(x), "y": writer.value(y)}
             writer.raw(*(line.format(**given) for line in (*manner.head, *manner.tool)))
-            writer.raw(*(body.lines if not manner.numbers else [line.partition(" ")[2] for line in body.lines]), *manner.end)
+            writer.raw(
+                *(body.lines if not manner.numbers else [line.partition(" ")[2] for line in body.lines]), *manner.end
+            )
             lines = _DRESS.get(clothes, list)(writer.lines)
             end = "\r\n" if clothes == "crlf" else "\n"
             found[f"{manner.name}_{name}_{clothes}.nc"] = ((end.join(lines) + end).encode(), clothes)

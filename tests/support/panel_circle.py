@@ -10,7 +10,9 @@ def circle(radius, velocity, centre=(30.0, 20.0, 1.0)):
     """Where the tip is in each period of a full turn from +X, (n, 3) mm."""
     count = round(2 * np.pi * radius / velocity / PERIOD_S)
     turn = np.linspace(0.0, 2 * np.pi, count + 1)
-    return np.column_stack([centre[0] + radius * np.cos(turn), centre[1] + radius * np.sin(turn), np.full(count + 1, centre[2])])
+    return np.column_stack(
+        [centre[0] + radius * np.cos(turn), centre[1] + radius * np.sin(turn), np.full(count + 1, centre[2])]
+    )
 
 
 def off_circle(points, radius, centre=(30.0, 20.0)):

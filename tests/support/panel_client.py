@@ -1,9 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A reader of `chipwise panel` that shares no code with it: the stream's messages, and the stock put together from its tiles.
+"""A reader of `chipwise panel` that shares no code with it: the stream's messages, and the stock put together from its
+tiles.
 
-Imported by tests; as a program, inside the LinuxCNC of a test: panel_client.py URL SECONDS [alarm | ended] [X,Y ..] prints one JSON object.
+Imported by tests; as a program, inside the LinuxCNC of a test: panel_client.py URL SECONDS [alarm | ended] [X,Y ..]
+prints one JSON object.
 """
+
 import http.client
 import json
 import struct
@@ -13,7 +16,7 @@ import urllib.parse
 
 
 ALARMS = {"alarm": True, "ended": False}
-WAIT_S = 600.0      # of a clock that may be fast
+WAIT_S = 600.0  # of a clock that may be fast
 
 
 class Page:
@@ -21,7 +24,7 @@ class Page:
 
     def __init__(self):
         self.kinds, self.states, self.points, self.recent, self.map, self.rows = [], [], [], [], None, None
-        self.before = 0             # heights of the stock before the program
+        self.before = 0  # heights of the stock before the program
         self.tiles, self.loops, self.ahead, self.ahead_points = 0, [], (0, 0), []
 
     def take(self, kind, content):
@@ -46,7 +49,7 @@ class Page:
             self.loops = json.loads(content)
 
     def put(self, content):
-        epoch, = struct.unpack_from("<I", content)
+        (epoch,) = struct.unpack_from("<I", content)
         assert epoch == self.map["epoch"]
         at = 4
         while at < len(content):
@@ -55,7 +58,7 @@ class Page:
             at += 8 + 2 * columns * rows
             self.tiles += 1
             for j in range(rows):
-                self.rows[row + j][column:column + columns] = values[j * columns:(j + 1) * columns]
+                self.rows[row + j][column : column + columns] = values[j * columns : (j + 1) * columns]
 
     def whole(self):
         """Whether there is a map and every cell of it has come: the tiles are messages of their own."""
@@ -87,7 +90,8 @@ def request(url, path, method="GET", body=None, **headers):
 
 
 def follow(url, seconds=0.0, states=1, awaited=lambda _state: True):
-    """Read the stream for so long and until so many states have come, the last one awaited (WAIT_S at most), or to its end -> Page."""
+    """Read the stream for so long and until so many states have come, the last one awaited (WAIT_S at most), or to its
+    end -> Page."""
     place, page = urllib.parse.urlsplit(url), Page()
     connection = http.client.HTTPConnection(place.hostname, place.port, timeout=300)
     connection.request("GET", "/stream")
@@ -95,7 +99,12 @@ def follow(url, seconds=0.0, states=1, awaited=lambda _state: True):
     assert answer.status == 200, answer.read()
     end = time.monotonic() + seconds
     last = time.monotonic() + WAIT_S
-    while time.monotonic() < end or len(page.states) < states or (not awaited(page.states[-1]) and time.monotonic() < last) or (page.states[-1]["stock"] and not page.whole()):
+    while (
+        time.monotonic() < end
+        or len(page.states) < states
+        or (not awaited(page.states[-1]) and time.monotonic() < last)
+        or (page.states[-1]["stock"] and not page.whole())
+    ):
         head = answer.read(5)
         if len(head) < 5:
             break
@@ -107,10 +116,23 @@ def follow(url, seconds=0.0, states=1, awaited=lambda _state: True):
 def main(url, seconds, *words):
     """words: X,Y in mm whose heights are wanted; alarm or ended: wait for one that is active, or over."""
     places, wanted = [word for word in words if word not in ALARMS], [ALARMS[word] for word in words if word in ALARMS]
-    page = follow(url, float(seconds), 2, lambda state: not wanted or [alarm["active"] for alarm in state["alarms"]] == wanted)
-    print(json.dumps({"state": page.states[-1], "states": len(page.states), "map": page.map, "path": page.points,
-                      "recent": len(page.recent), "tiles": page.tiles, "before": page.before,
-                      "heights": [page.height(*map(float, place.split(","))) for place in places] if page.whole() else []}))
+    page = follow(
+        url, float(seconds), 2, lambda state: not wanted or [alarm["active"] for alarm in state["alarms"]] == wanted
+    )
+    print(
+        json.dumps(
+            {
+                "state": page.states[-1],
+                "states": len(page.states),
+                "map": page.map,
+                "path": page.points,
+                "recent": len(page.recent),
+                "tiles": page.tiles,
+                "before": page.before,
+                "heights": [page.height(*map(float, place.split(","))) for place in places] if page.whole() else [],
+            }
+        )
+    )
 
 
 if __name__ == "__main__":

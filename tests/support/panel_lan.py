@@ -1,10 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A server of `chipwise panel` on a network of two computers: a stranger at one attacks it, an operator at the other, and one with a tablet, use it.
+"""A server of `chipwise panel` on a network of two computers: a stranger at one attacks it, an operator at the other,
+and one with a tablet, use it.
 
-Run by tests and by hand: panel_lan.py [ATTACK ..] prints one JSON object.  It makes a network of its own (two network namespaces, a veth pair): needs
-root, or a system where users may have namespaces.
+Run by tests and by hand: panel_lan.py [ATTACK ..] prints one JSON object.  It makes a network of its own (two network
+namespaces, a veth pair): needs root, or a system where users may have namespaces.
 """
+
 import http.client
 import json
 import os
@@ -20,25 +22,36 @@ sys.path[:0] = [str(ROOT / "remap"), str(ROOT / "tests")]
 OPERATOR, STRANGER, TABLET = "10.87.0.1", "10.87.0.2", "10.87.0.3"
 ATTACKS = ("streams", "drip", "plan", "gets")
 SECONDS = float(os.environ.get("CHIPWISE_ATTACK_S", 4.0))
-PLAN_S = 0.3            # that a plan takes here
+PLAN_S = 0.3  # that a plan takes here
 STREAMS, DRIPPING, LOOPS = 16, 40, 4
 
 
 def outside():
     """Start this program again in a network of its own; -> its exit status."""
     user = [] if os.geteuid() == 0 else ["--user", "--map-root-user"]
-    return subprocess.run(["unshare", *user, "--net", "--", sys.executable, __file__, "inside", *sys.argv[1:]], check=False).returncode
+    return subprocess.run(
+        ["unshare", *user, "--net", "--", sys.executable, __file__, "inside", *sys.argv[1:]], check=False
+    ).returncode
 
 
 def connected():
     """The two computers; -> the process whose network is the stranger's."""
-    other = subprocess.Popen(["unshare", "--net", "--", "sh", "-c", "ip link set lo up; echo ready; exec sleep 600"], stdout=subprocess.PIPE, text=True)
+    other = subprocess.Popen(
+        ["unshare", "--net", "--", "sh", "-c", "ip link set lo up; echo ready; exec sleep 600"],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
     other.stdout.readline()
     there = ["nsenter", "-t", str(other.pid), "-n", "--"]
-    for words in (["ip", "link", "set", "lo", "up"], ["ip", "link", "add", "here", "type", "veth", "peer", "name", "there", "netns", str(other.pid)],
-                  ["ip", "addr", "add", OPERATOR + "/24", "dev", "here"], ["ip", "link", "set", "here", "up"],
-                  [*there, "ip", "addr", "add", STRANGER + "/24", "dev", "there"], [*there, "ip", "addr", "add", TABLET + "/24", "dev", "there"],
-                  [*there, "ip", "link", "set", "there", "up"]):
+    for words in (
+        ["ip", "link", "set", "lo", "up"],
+        ["ip", "link", "add", "here", "type", "veth", "peer", "name", "there", "netns", str(other.pid)],
+        ["ip", "addr", "add", OPERATOR + "/24", "dev", "here"],
+        ["ip", "link", "set", "here", "up"],
+        [*there, "ip", "addr", "add", STRANGER + "/24", "dev", "there"],
+        [*there, "ip", "addr", "add", TABLET + "/24", "dev", "there"],
+        [*there, "ip", "link", "set", "there", "up"],
+    ):
         subprocess.run(words, check=True)
     return other
 
@@ -53,6 +66,7 @@ def for_ever(work):
                 work()
             except (OSError, http.client.HTTPException):
                 time.sleep(0.02)
+
     threading.Thread(target=go, daemon=True).start()
 
 
@@ -83,8 +97,12 @@ def ask(port, method, path, **headers):
 
 
 def attack(port, kinds):
-    for kind, count, work in (("streams", STREAMS, lambda: stream(port)), ("drip", DRIPPING, lambda: drip(port)),
-                              ("plan", LOOPS, lambda: ask(port, "POST", "/plan")), ("gets", LOOPS, lambda: ask(port, "GET", "/codes.json"))):
+    for kind, count, work in (
+        ("streams", STREAMS, lambda: stream(port)),
+        ("drip", DRIPPING, lambda: drip(port)),
+        ("plan", LOOPS, lambda: ask(port, "POST", "/plan")),
+        ("gets", LOOPS, lambda: ask(port, "GET", "/codes.json")),
+    ):
         for _ in range(count if kind in kinds else 0):
             for_ever(work)
     print("ready", flush=True)
@@ -105,8 +123,12 @@ class Hand:
         began = time.monotonic()
         try:
             connection = http.client.HTTPConnection(self.at, self.port, timeout=20, source_address=(self.source, 0))
-            connection.request(method, path, None if body is None else json.dumps(body), {
-                "Origin": f"http://{self.at}:{self.port}", **({"X-Chipwise-Token": self.token} if self.token else {})})
+            connection.request(
+                method,
+                path,
+                None if body is None else json.dumps(body),
+                {"Origin": f"http://{self.at}:{self.port}", **({"X-Chipwise-Token": self.token} if self.token else {})},
+            )
             answer = connection.getresponse()
             found = answer.read(length)
             connection.close()
@@ -134,8 +156,14 @@ class Hand:
         self.call("run", "POST", "/run", {"plan": number or 0}, 200)
 
     def report(self):
-        return {"rounds": min(map(len, self.times.values()), default=0), "refused": self.refused,
-                "times": {name: [round(sorted(found)[len(found) // 2], 3), round(max(found), 3)] for name, found in self.times.items()}}
+        return {
+            "rounds": min(map(len, self.times.values()), default=0),
+            "refused": self.refused,
+            "times": {
+                name: [round(sorted(found)[len(found) // 2], 3), round(max(found), 3)]
+                for name, found in self.times.items()
+            },
+        }
 
 
 def answers(order):
@@ -162,6 +190,7 @@ def tablet(port, token):
 def inside(kinds):
     from chipwise.panel import entry
     from support.panel_rig import TOKEN, serving
+
     other = connected()
     there = ["nsenter", "-t", str(other.pid), "-n", "--", sys.executable, __file__]
     with serving(TOKEN, "0.0.0.0", lines=entry.Lines(str(ROOT / "configs/mill.ini"), answers)) as rig:
@@ -171,7 +200,7 @@ def inside(kinds):
         for words in (["tablet", str(port), TOKEN], ["attack", str(port), *kinds]):
             helpers.append(subprocess.Popen([*there, *words], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True))
             helpers[-1].stdout.readline()
-        time.sleep(1.0)         # the stranger has all that it can get
+        time.sleep(1.0)  # the stranger has all that it can get
         hand = Hand(port, "127.0.0.1", "127.0.0.1", TOKEN)
         end = time.monotonic() + SECONDS
         while time.monotonic() < end or len(hand.times.get("run", [])) < 2 and time.monotonic() < end + 120:
@@ -180,7 +209,11 @@ def inside(kinds):
         words = helpers[0].communicate("", timeout=120)[0]
         helpers[1].stdin.close()
         helpers[1].wait(60)
-        print(json.dumps({"operator": hand.report(), "tablet": json.loads(words.splitlines()[-1]), "looks": rig.watch.number}))
+        print(
+            json.dumps(
+                {"operator": hand.report(), "tablet": json.loads(words.splitlines()[-1]), "looks": rig.watch.number}
+            )
+        )
     other.kill()
 
 

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Inside QtDragon, as its USER_COMMAND_FILE: brings the tab TAB of tabWidget_utilities to the front, waits until the page in it reads the stream of
-`chipwise panel`, and has a look at what the screen shows there.
+"""Inside QtDragon, as its USER_COMMAND_FILE: brings the tab TAB of tabWidget_utilities to the front, waits until the
+page in it reads the stream of `chipwise panel`, and has a look at what the screen shows there.
 
-    start(FOLDER)       FOLDER/result.json: {"tabs", "pages", "box", "state": shares of the tab's pixels that have the colours of
-                        the page's boxes, and of its background, "outside": pixels by which QtVCP's container is larger than the tab};
-                        screen.png beside it
+    start(FOLDER)       FOLDER/result.json: {"tabs", "pages", "box", "state": shares of the tab's pixels that have the
+                        colours of the page's boxes, and of its background, "outside": pixels by which QtVCP's container
+                        is larger than the tab}; screen.png beside it
 """
+
 import json
 import os
 import re
@@ -15,12 +16,13 @@ from PyQt5 import QtCore, QtWidgets
 
 STATE = "http://127.0.0.1:8250/state.json"
 COLOURS = "http://127.0.0.1:8250/colours.css"
-TAB = "Stock"               # LinuxCNC 2.9.4 adds others behind it
+TAB = "Stock"  # LinuxCNC 2.9.4 adds others behind it
 EVERY_MS = 2000
-NEAR = 4                    # of 255
-# shares of the tab at least: of the page's boxes, and of the background that shows the state; a blank window has one colour
+NEAR = 4  # of 255
+# shares of the tab at least: of the page's boxes, and of the background that shows the state; a blank window has one
+# colour
 BOX, STATES = 0.2, 0.01
-KEPT = []                   # a timer lives as long as somebody has it
+KEPT = []  # a timer lives as long as somebody has it
 
 
 def widget(name):
@@ -38,7 +40,10 @@ def asked(url):
 
 def page_colours(name):
     """[(r, g, b)] of the page's variables that match a regular expression, in both modes."""
-    return [tuple(int(value[k:k + 2], 16) for k in (0, 2, 4)) for value in re.findall(rf"--{name}: #(\w{{6}})", asked(COLOURS))]
+    return [
+        tuple(int(value[k : k + 2], 16) for k in (0, 2, 4))
+        for value in re.findall(rf"--{name}: #(\w{{6}})", asked(COLOURS))
+    ]
 
 
 def share(image, area, name):
@@ -56,7 +61,7 @@ def share(image, area, name):
 def look(folder):
     tabs, stack = widget("tabWidget_utilities"), widget("stackedWidget_mainTab")
     screen = QtWidgets.QApplication.instance().primaryScreen()
-    tabs.window().setGeometry(screen.geometry())            # there is no window manager that would do it
+    tabs.window().setGeometry(screen.geometry())  # there is no window manager that would do it
     tabs.setCurrentIndex(next(k for k in range(tabs.count()) if tabs.tabText(k) == TAB))
     stack.setCurrentIndex(next(k for k in range(stack.count()) if stack.widget(k).isAncestorOf(tabs)))
     pages = json.loads(asked(STATE) or "{}").get("pages", 0)
@@ -68,9 +73,14 @@ def look(folder):
     picture.save(os.path.join(folder, "screen.png"))
     image = picture.toImage()
     found = {"box": share(image, area, "box"), "state": share(image, area, r"state-\w+")}
-    container = next(one for one in shown.findChildren(QtWidgets.QWidget) if type(one).__name__ == "XEmbeddable").container
+    container = next(
+        one for one in shown.findChildren(QtWidgets.QWidget) if type(one).__name__ == "XEmbeddable"
+    ).container
     at = container.mapToGlobal(QtCore.QPoint(0, 0))
-    found["outside"] = [max(0, at.x() + container.width() - area.right() - 1), max(0, at.y() + container.height() - area.bottom() - 1)]
+    found["outside"] = [
+        max(0, at.x() + container.width() - area.right() - 1),
+        max(0, at.y() + container.height() - area.bottom() - 1),
+    ]
     print("panel_qt_tab:", found, flush=True)
     if found["box"] > BOX and found["state"] > STATES:
         KEPT.pop().stop()

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The server of `chipwise panel` with a machine that a test sets by hand, and a stock that the real core cuts."""
+
 import contextlib
 import ctypes
 import json
@@ -25,19 +26,41 @@ class Kept:
     def go(self, points):
         """A period at each point, mm."""
         for point in points:
-            library().chip_path_done_step(ctypes.byref(self._thinner), ctypes.byref(self.done), (ctypes.c_double * 3)(*point))
+            library().chip_path_done_step(
+                ctypes.byref(self._thinner), ctypes.byref(self.done), (ctypes.c_double * 3)(*point)
+            )
 
 
 class Machine:
-    """As panel.machine.Machine, but everything in it is set by the test.  keeps: it keeps the path done, as stock_tracker does."""
+    """As panel.machine.Machine, but everything in it is set by the test.  keeps: it keeps the path done, as
+    stock_tracker does."""
 
     def __init__(self, low=(0.0, 0.0, -10.0), high=(60.0, 40.0, 0.0), cell=0.25, keeps=False):
         self.core, self.kept = core.Stock(low, high, cell), Kept() if keeps else None
         self.values = {name: 0.0 for name in (*machine.NUMBERS, *machine.LENGTHS, "area_ahead")}
-        self.values.update(stock_defined=1.0, certain=1.0, ready=1.0, tool=3.0, tool_diameter=6.0, override=1.0, guard_rapid=1.0, guard_flute=1.0)
+        self.values.update(
+            stock_defined=1.0,
+            certain=1.0,
+            ready=1.0,
+            tool=3.0,
+            tool_diameter=6.0,
+            override=1.0,
+            guard_rapid=1.0,
+            guard_flute=1.0,
+        )
         self.tip = (0.0, 0.0, 10.0)
-        self.tasks = {"state": "on", "program": "/home/me/part.ngc", "running": False, "paused": False, "auto": True, "idle": True, "failed": False, "inch": False, "mdi_unit": "mm",
-                      "feed_override": 1.0}
+        self.tasks = {
+            "state": "on",
+            "program": "/home/me/part.ngc",
+            "running": False,
+            "paused": False,
+            "auto": True,
+            "idle": True,
+            "failed": False,
+            "inch": False,
+            "mdi_unit": "mm",
+            "feed_override": 1.0,
+        }
         self.alive, self.closed, self.looks, self.loaded = True, False, 0, None
 
     def runs(self):
@@ -100,6 +123,7 @@ class Rig:
         def go():
             while self._going and self.watch.look():
                 time.sleep(watch.LOOK_S)
+
         threading.Thread(target=go, daemon=True).start()
 
     def wait(self, reached, seconds=60.0):
@@ -127,18 +151,35 @@ def serving(token="", address="127.0.0.1", items=None, lines=None, ahead=None, *
 
 def scene(program, **changed):
     """The scene that LinuxCNC shows of a loaded program (chipwise.panel.look_ahead); machine units."""
-    return {"program": str(program), "index": 1, "offset": [0.0] * 3, "g92": [0.0] * 3, "turn": 0.0, "tool": 1, "codes": "G21 G17 G90 G91.1",
-            "block_delete": False, **changed}
+    return {
+        "program": str(program),
+        "index": 1,
+        "offset": [0.0] * 3,
+        "g92": [0.0] * 3,
+        "turn": 0.0,
+        "tool": 1,
+        "codes": "G21 G17 G90 G91.1",
+        "block_delete": False,
+        **changed,
+    }
 
 
 def asking(mdi):
-    """What chipwise.panel.entry.Lines asks: the answers of panel/entry_process.py, here in this process, of a machine like entry/mdi.py."""
+    """What chipwise.panel.entry.Lines asks: the answers of panel/entry_process.py, here in this process, of a machine
+    like entry/mdi.py."""
     return lambda order: json.loads(json.dumps(entry_process.answer(json.loads(json.dumps(order)), mdi)))
 
 
 def post(rig, path, body, token=TOKEN, origin="own"):
     """-> (status, headers, content) of a request as the page sends it; body: of JSON."""
-    return request(rig.url, path, "POST", json.dumps(body).encode(), X_Chipwise_Token=token, Origin=rig.url if origin == "own" else origin)
+    return request(
+        rig.url,
+        path,
+        "POST",
+        json.dumps(body).encode(),
+        X_Chipwise_Token=token,
+        Origin=rig.url if origin == "own" else origin,
+    )
 
 
 def posted(rig, path, body, **who):

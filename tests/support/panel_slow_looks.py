@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Looks at the machine as the process of `chipwise panel` does, but LOOK_S apart, as on a busy computer; prints the path done as JSON.
+"""Looks at the machine as the process of `chipwise panel` does, but LOOK_S apart, as on a busy computer; prints the
+path done as JSON.
 
-Called by tests/machine/test_panel_path.py inside a LinuxCNC: panel_slow_looks.py LOOK_S, from before a program begins until it has ended.
+Called by tests/machine/test_panel_path.py inside a LinuxCNC: panel_slow_looks.py LOOK_S, from before a program begins
+until it has ended.
 """
 
 import json
@@ -10,8 +12,8 @@ import sys
 import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))), "remap"))
-from chipwise.panel.machine import Machine              # noqa: E402
-from chipwise.panel.watch import Watch                  # noqa: E402
+from chipwise.panel.machine import Machine  # noqa: E402
+from chipwise.panel.watch import Watch  # noqa: E402
 
 GIVE_UP_S = 120.0
 

@@ -1,9 +1,11 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A screen that embeds `chipwise panel --tab` as AXIS and gmoccapy do, and the server it shows; run on an X display of its own.
+"""A screen that embeds `chipwise panel --tab` as AXIS and gmoccapy do, and the server it shows; run on an X display of
+its own.
 
-    panel_tab_host.py INI               prints one JSON object; INI: where to write [CHIPWISE]PANEL_PORT
+panel_tab_host.py INI               prints one JSON object; INI: where to write [CHIPWISE]PANEL_PORT
 """
+
 import gc
 import json
 import os
@@ -14,13 +16,13 @@ from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).resolve().parents[1]), str(Path(__file__).resolve().parents[2] / "remap")]
 os.environ["GDK_BACKEND"] = "x11"
-import gi                                               # noqa: E402
+import gi  # noqa: E402
 
 gi.require_version("Gtk", "3.0")
-from gi.repository import GLib, Gtk                     # noqa: E402
+from gi.repository import GLib, Gtk  # noqa: E402
 
-from chipwise.panel import tab                          # noqa: E402
-from support import ROOT, panel_rig                     # noqa: E402
+from chipwise.panel import tab  # noqa: E402
+from support import ROOT, panel_rig  # noqa: E402
 
 WAIT_S = 90
 
@@ -36,9 +38,12 @@ def until(reached):
 
 
 def main(ini):
-    found = {"webkit": tab.web_view("about:blank") is not None, "button": type(tab.button("http://127.0.0.1:1")).__name__,
-             "none": tab.web_view("about:blank", ()) is None}
-    gc.collect()        # the view goes here: a collection in a thread of the server would free it there, and WebKit aborts
+    found = {
+        "webkit": tab.web_view("about:blank") is not None,
+        "button": type(tab.button("http://127.0.0.1:1")).__name__,
+        "none": tab.web_view("about:blank", ()) is None,
+    }
+    gc.collect()  # the view goes here: a collection in a thread of the server would free it there, and WebKit aborts
     window, socket, inside = Gtk.Window(), Gtk.Socket(), []
     socket.connect("plug-added", lambda *_: inside.append(1))
     socket.connect("plug-removed", lambda *_: inside.clear() or True)
@@ -57,7 +62,7 @@ def main(ini):
         found["gone"] = until(lambda: not inside and rig.watch.pages == 0)
         process = subprocess.Popen(command, env={**os.environ, "INI_FILE_NAME": ini})
         found["again"] = until(lambda: inside)
-        window.destroy()                                # the screen ends
+        window.destroy()  # the screen ends
         found["ends"] = until(lambda: process.poll() is not None)
     print(json.dumps(found))
     GLib.idle_add(sys.exit)

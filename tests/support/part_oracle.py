@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Parts of steps, and what straight cuts of a flat tool leave against them, in closed form: an oracle that shares nothing with check/part.py.
+"""Parts of steps, and what straight cuts of a flat tool leave against them, in closed form: an oracle that shares
+nothing with check/part.py.
 
-A part is a field of rectangles with a level each.  A place is inside of it as deep as the nearest point that is not, and outside as far as the nearest
-point of it; both are distances to boxes that are open upwards or downwards.  Cuts are level segments: the stock there is as low as the lowest one
-within the tool's radius.
+A part is a field of rectangles with a level each.  A place is inside of it as deep as the nearest point that is not,
+and outside as far as the nearest point of it; both are distances to boxes that are open upwards or downwards.  Cuts are
+level segments: the stock there is as low as the lowest one within the tool's radius.
 """
 
 import numpy as np
@@ -12,7 +13,8 @@ GRID_MM = 0.05
 
 
 def triangles(xs, ys, levels, bottom):
-    """A closed STL of a field: levels (len(ys) - 1, len(xs) - 1) of the rectangles between the lines xs, ys, all above `bottom`; NaN: a hole."""
+    """A closed STL of a field: levels (len(ys) - 1, len(xs) - 1) of the rectangles between the lines xs, ys, all above
+    `bottom`; NaN: a hole."""
     found = []
 
     def quad(a, b, c, d):
@@ -21,6 +23,7 @@ def triangles(xs, ys, levels, bottom):
     def level(j, i):
         inside = 0 <= j < len(ys) - 1 and 0 <= i < len(xs) - 1
         return bottom if not inside or np.isnan(levels[j][i]) else levels[j][i]
+
     for j in range(len(ys)):
         for i in range(len(xs)):
             here, left, front = level(j, i), level(j, i - 1), level(j - 1, i)
@@ -48,7 +51,12 @@ def left_by(segments, radius, top, x, y):
 
 def deviations(xs, ys, levels, bottom, segments, radius, top):
     """(largest gouge, largest rest) in mm, on a grid of GRID_MM over the part; levels without holes."""
-    x, y = (v.ravel() for v in np.meshgrid(np.arange(xs[0] + GRID_MM / 2, xs[-1], GRID_MM), np.arange(ys[0] + GRID_MM / 2, ys[-1], GRID_MM)))
+    x, y = (
+        v.ravel()
+        for v in np.meshgrid(
+            np.arange(xs[0] + GRID_MM / 2, xs[-1], GRID_MM), np.arange(ys[0] + GRID_MM / 2, ys[-1], GRID_MM)
+        )
+    )
     levels = np.asarray(levels, float)
     part = levels[np.searchsorted(ys, y) - 1, np.searchsorted(xs, x) - 1]
     height = np.maximum(left_by(segments, radius, top, x, y), bottom)
@@ -58,6 +66,8 @@ def deviations(xs, ys, levels, bottom, segments, radius, top):
         for i in range(len(xs) - 1):
             dx = np.maximum(np.maximum(xs[i] - x, x - xs[i + 1]), 0)
             dy = np.maximum(np.maximum(ys[j] - y, y - ys[j + 1]), 0)
-            gouge = np.minimum(gouge, np.sqrt(dx ** 2 + dy ** 2 + np.maximum(min(levels[j][i], top) - height, 0) ** 2))
-            rest = np.minimum(rest, np.sqrt(dx ** 2 + dy ** 2 + np.maximum(height - levels[j][i], 0) ** 2))
-    return float(np.where(height < np.minimum(part, top), gouge, 0).max()), float(np.where(height > part, rest, 0).max())
+            gouge = np.minimum(gouge, np.sqrt(dx**2 + dy**2 + np.maximum(min(levels[j][i], top) - height, 0) ** 2))
+            rest = np.minimum(rest, np.sqrt(dx**2 + dy**2 + np.maximum(height - levels[j][i], 0) ** 2))
+    return float(np.where(height < np.minimum(part, top), gouge, 0).max()), float(
+        np.where(height > part, rest, 0).max()
+    )

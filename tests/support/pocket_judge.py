@@ -3,6 +3,7 @@
 
 By itself it judges one case again:  tools/judge pocket SEED STRATEGY
 """
+
 import sys
 from dataclasses import replace
 
@@ -22,21 +23,38 @@ def random_request(seed, strategy):
     """A PocketRequest."""
     rng = np.random.default_rng([seed, 6])
     kind, loops = random_pocket(seed)
-    radius = float(rng.choice([1.5, 2.0, 3.0, 5.0]) if kind == "grid" else np.exp(rng.uniform(np.log(1.2), np.log(6.0))))
+    radius = float(
+        rng.choice([1.5, 2.0, 3.0, 5.0]) if kind == "grid" else np.exp(rng.uniform(np.log(1.2), np.log(6.0)))
+    )
     depth = float(rng.uniform(2.0, 6.0))
     return cycle.PocketRequest(
-        loops=loops, bottom=-depth, clearance=1.0, tool_radius=radius, step=SHARES[seed % len(SHARES)] * 2 * radius,
-        feed=600.0, plunge_feed=200.0, start=(0.0, 0.0, 10.0),
-        side_allowance=float(rng.choice([0.0, 0.0, 0.3])), floor_allowance=float(rng.choice([0.0, 0.0, 0.2])),
-        strategy=strategy, direction=float(rng.integers(-90, 180)), climb=bool(rng.random() < 0.7),
-        depth_step=None if rng.random() < 0.6 else depth * 0.55, ramp_angle=float(rng.choice([3.0, 5.0, 20.0])))
+        loops=loops,
+        bottom=-depth,
+        clearance=1.0,
+        tool_radius=radius,
+        step=SHARES[seed % len(SHARES)] * 2 * radius,
+        feed=600.0,
+        plunge_feed=200.0,
+        start=(0.0, 0.0, 10.0),
+        side_allowance=float(rng.choice([0.0, 0.0, 0.3])),
+        floor_allowance=float(rng.choice([0.0, 0.0, 0.2])),
+        strategy=strategy,
+        direction=float(rng.integers(-90, 180)),
+        climb=bool(rng.random() < 0.7),
+        depth_step=None if rng.random() < 0.6 else depth * 0.55,
+        ramp_angle=float(rng.choice([3.0, 5.0, 20.0])),
+    )
 
 
 def case_of(request):
     """The oracle's view of a request."""
-    return oracle.Case([oracle.shape_of(loop) for loop in request.loops], request.tool_radius,
-                       request.tool_radius + request.side_allowance, request.bottom + request.floor_allowance,
-                       request.clearance)
+    return oracle.Case(
+        [oracle.shape_of(loop) for loop in request.loops],
+        request.tool_radius,
+        request.tool_radius + request.side_allowance,
+        request.bottom + request.floor_allowance,
+        request.clearance,
+    )
 
 
 def verdict(request, seed=0, count=6000):
@@ -49,7 +67,7 @@ def verdict(request, seed=0, count=6000):
             rng = np.random.default_rng(seed)
             return (["refused, but the tool fits"] if any(map(len, oracle.centres(case, rng, 4000))) else []), None
         return [f"refused: {error}"], None
-    except Exception as error:                          # any alarm is a finding
+    except Exception as error:  # any alarm is a finding
         return [f"alarm: {error!r}"], None
     moves = trace.walk(plan.moves, request.start)
     return oracle.judge(case, moves, request.ramp_angle, cycle.GAP_MM, plan.plunges, seed, count), plan

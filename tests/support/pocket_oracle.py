@@ -11,6 +11,7 @@ loop.  No offset is computed.
   entries()    feeds that go down: none steeper than the ramp, but the plunges that were announced
 Each has been seen to fail: tests/oracles/test_pocket_oracle.py feeds sabotaged moves.  Lengths mm.
 """
+
 import math
 from dataclasses import dataclass
 
@@ -52,7 +53,8 @@ def free(loops, p):
 
 
 def nesting(loops):
-    """[(number of a boundary, [numbers of its islands])]: by points in and about the loops, half of them as good as on an edge."""
+    """[(number of a boundary, [numbers of its islands])]: by points in and about the loops, half of them as good as on
+    an edge."""
     if len(loops) == 1:
         return [(0, [])]
     rng, edge = np.random.default_rng(0), np.concatenate([contour.samples(loop, 0.5, 3) for loop in loops])
@@ -60,13 +62,19 @@ def nesting(loops):
     p = np.concatenate((low + (high - low) * rng.random((3000, 2)), edge + rng.uniform(-0.05, 0.05, edge.shape)))
     within = np.array([contour.winding(loop, p) != 0 for loop in loops])
     size, shared = within.sum(axis=1), (within[:, None] & within[None]).sum(axis=2)
-    inside = (shared == size[:, None]) & (size[:, None] < size[None])             # row in column
+    inside = (shared == size[:, None]) & (size[:, None] < size[None])  # row in column
     parent = [min(np.flatnonzero(inside[k]), key=lambda m: size[m], default=None) for k in range(len(loops))]
     crossed = (shared > 0) & ~inside & ~inside.T & ~np.eye(len(loops), dtype=bool)
     island = {}
     for k in sorted(range(len(loops)), key=lambda k: (inside[k].sum(), k)):
-        island[k] = parent[k] is not None and not island[parent[k]] or any(island.get(m) is False for m in np.flatnonzero(crossed[k]))
-    return [(b, [k for k in island if island[k] and (parent[k] == b or crossed[b, k])]) for b in island if not island[b]]
+        island[k] = (
+            parent[k] is not None
+            and not island[parent[k]]
+            or any(island.get(m) is False for m in np.flatnonzero(crossed[k]))
+        )
+    return [
+        (b, [k for k in island if island[k] and (parent[k] == b or crossed[b, k])]) for b in island if not island[b]
+    ]
 
 
 def clearance(loops, p):
@@ -94,8 +102,13 @@ def on_path(element, step):
     start, turn = element.sweep
     n = max(4, math.ceil(element.radius * abs(turn) / step))
     t = np.linspace(0, 1, n + 1)
-    return np.column_stack((element.centre[0] + element.radius * np.cos(start + turn * t),
-                            element.centre[1] + element.radius * np.sin(start + turn * t), a[2] + (b[2] - a[2]) * t))
+    return np.column_stack(
+        (
+            element.centre[0] + element.radius * np.cos(start + turn * t),
+            element.centre[1] + element.radius * np.sin(start + turn * t),
+            a[2] + (b[2] - a[2]) * t,
+        )
+    )
 
 
 def gouge(case, moves, step=0.1):
@@ -136,16 +149,16 @@ class Stock:
         inner, touch = centres(case, rng, count // 3)
         stand = np.concatenate((inner, touch))
         angle, out = rng.random(3 * len(stand)) * 2 * math.pi, np.sqrt(rng.random(3 * len(stand)))
-        out[::3] = 1.0 - 1e-9                                # on the very edge of the tool
+        out[::3] = 1.0 - 1e-9  # on the very edge of the tool
         reach = np.repeat(stand, 3, axis=0) + case.radius * (out * np.array((np.cos(angle), np.sin(angle)))).T
         edge = np.concatenate([contour.samples(loop, 0.5, 3) for loop in case.loops])
         low, high = edge.min(axis=0) - case.radius, edge.max(axis=0) + case.radius
         rest = low + (high - low) * rng.random((count, 2))
         self.case, self.touch = case, touch
         self.point = np.concatenate((reach, rest))
-        self.reached = np.arange(len(self.point)) < len(reach)      # the tool can get there
+        self.reached = np.arange(len(self.point)) < len(reach)  # the tool can get there
         self.height = np.full(len(self.point), case.top)
-        self.area = float(np.prod(high - low)) / count              # mm2 of one column of `rest`
+        self.area = float(np.prod(high - low)) / count  # mm2 of one column of `rest`
 
     def under(self, element, reach):
         """Indices of columns nearer than `reach` to a move in the plane."""
@@ -155,8 +168,8 @@ class Stock:
         return near[trace.distance(element, *self.point[near].T) <= reach]
 
     def run(self, moves):
-        """Cuts all moves in order.  -> list of rapids that met stock, as (number of the move, mm too deep).  plunged: {number of a feed straight
-        down: mm of stock that it met}."""
+        """Cuts all moves in order.  -> list of rapids that met stock, as (number of the move, mm too deep).  plunged:
+        {number of a feed straight down: mm of stock that it met}."""
         met, self.plunged = [], {}
         for number, e in enumerate(moves):
             low = min(e.a[2], e.b[2])
@@ -203,8 +216,8 @@ def walls(case, touch, moves):
 
 
 def entries(moves, angle, gap, plunges, plunged):
-    """Faults of feeds that go down: steeper than `angle` (degrees), or straight down by more than `gap` (mm) of stock where no
-    plunge was announced.  plunged: as in Stock.run()."""
+    """Faults of feeds that go down: steeper than `angle` (degrees), or straight down by more than `gap` (mm) of stock
+    where no plunge was announced.  plunged: as in Stock.run()."""
     found = []
     for number, e in enumerate(moves):
         fall = e.a[2] - e.b[2]
@@ -212,7 +225,9 @@ def entries(moves, angle, gap, plunges, plunged):
             continue
         along = e.radius * abs(e.sweep[1]) if e.kind == "arc" else math.dist(e.a[:2], e.b[:2])
         if along < 1e-9:
-            if min(fall, plunged.get(number, fall)) > gap + 1e-6 and not any(math.dist(e.a[:2], p) < 1e-6 for p in plunges):
+            if min(fall, plunged.get(number, fall)) > gap + 1e-6 and not any(
+                math.dist(e.a[:2], p) < 1e-6 for p in plunges
+            ):
                 found.append((number, "plunge"))
         elif fall > along * math.tan(math.radians(angle)) * (1 + 1e-6) + 1e-6:
             found.append((number, "slope"))

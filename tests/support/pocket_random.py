@@ -4,6 +4,7 @@
 Three kinds: islands apart; islands anywhere, so that they touch, overlap, cross the wall, hold one another or lie
 outside; and rectangles on whole millimetres, whose edges often lie on one another.
 """
+
 import math
 
 import numpy as np
@@ -18,10 +19,16 @@ KINDS = ("apart", "anywhere", "grid")
 
 def moved(parts, by):
     """Parts shifted by (x, y)."""
+
     def at(p):
         return (float(p[0] + by[0]), float(p[1] + by[1]))
-    return tuple(ArcElement(at(q.start), at(q.end), at(q.centre), q.ccw, q.line) if isinstance(q, ArcElement)
-                 else LineElement(at(q.start), at(q.end), q.line) for q in parts)
+
+    return tuple(
+        ArcElement(at(q.start), at(q.end), at(q.centre), q.ccw, q.line)
+        if isinstance(q, ArcElement)
+        else LineElement(at(q.start), at(q.end), q.line)
+        for q in parts
+    )
 
 
 def rectangle(x0, y0, x1, y1):
@@ -59,7 +66,8 @@ def _apart(loops, island):
     if not (contour.winding(shape_of(loops[0]), p) != 0).all():
         return False
     return all(contour.nearest(shape_of(loop), p).min() > 0.05 for loop in loops) and all(
-        (contour.winding(shape_of(loop), p) == 0).all() for loop in loops[1:])
+        (contour.winding(shape_of(loop), p) == 0).all() for loop in loops[1:]
+    )
 
 
 def random_pocket(seed):

@@ -4,6 +4,7 @@
 Used by tests/geometry/test_pocket_strategies.py.  Every check returns what is
 wrong as a list of words, empty where all is well, so that a test can show it fail.
 """
+
 import math
 
 import numpy as np
@@ -61,8 +62,11 @@ def residue(job, cell):
     """Places the tool can reach that no track reaches, with the depth of the worst (mm)."""
     p = raster(job, cell, job.radius - 1e-6)
     left = nearest(job.every, p) - job.radius
-    return [f"{np.count_nonzero(left > 1e-6)} places left of {len(p)}, the worst by {left.max()} mm"] \
-        if len(left) and left.max() > 1e-6 else []
+    return (
+        [f"{np.count_nonzero(left > 1e-6)} places left of {len(p)}, the worst by {left.max()} mm"]
+        if len(left) and left.max() > 1e-6
+        else []
+    )
 
 
 def too_far_apart(job, step, cell):
@@ -74,7 +78,7 @@ def too_far_apart(job, step, cell):
 
 def contours_missed(job, climb):
     """Contours that the last tracks do not end with, run once in the direction asked for."""
-    wrong, ends = [], job.tracks[len(job.tracks) - len(job.contours):]
+    wrong, ends = [], job.tracks[len(job.tracks) - len(job.contours) :]
     for k, contour in enumerate(job.contours):
         mine = [t for t in ends if _ends_with(t, contour, climb)]
         if len(mine) != 1:
@@ -93,9 +97,11 @@ def _ends_with(track, contour, climb):
     tail = track[k:]
     if abs(done - total) > 1e-4 or math.dist(tail[0][1:3], tail[-1][3:5]) > 1e-6:
         return False
-    return nearest(contour, samples(tail, 0.5)).max() < 1e-6 \
-        and nearest(tail, samples(contour, 0.5)).max() < 1e-6 \
+    return (
+        nearest(contour, samples(tail, 0.5)).max() < 1e-6
+        and nearest(tail, samples(contour, 0.5)).max() < 1e-6
         and (abs(_area(contour)) < 1e-6 or (_area(tail) * _area(contour) > 0.0) == climb)
+    )
 
 
 def _area(shape):

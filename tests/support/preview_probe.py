@@ -4,7 +4,8 @@
     preview_probe.py PROGRAM UNITS_PER_MM TOOL_TABLE PARAMETER_FILE
 
 The preview is what AXIS shows; unlike the program rs274 it can be a metric machine, and it hands out full doubles.
-Environment: INI_FILE_NAME, HOME (an own one: it gets a tool table, ~/.tool.mmap), AXIS_MASK (7 without it).  Lengths are printed in mm.
+Environment: INI_FILE_NAME, HOME (an own one: it gets a tool table, ~/.tool.mmap), AXIS_MASK (7 without it).  Lengths
+are printed in mm.
 """
 
 import ctypes
@@ -30,8 +31,12 @@ class Recorder:
 
     def next_line(self, code):
         self.line = code.sequence_number
-        self.mode = {"gcodes": list(code.gcodes), "feed": code.feed_rate, "spindle": (code.spindle, code.speed),
-                     "coolant": (code.mist, code.flood)}
+        self.mode = {
+            "gcodes": list(code.gcodes),
+            "feed": code.feed_rate,
+            "spindle": (code.spindle, code.speed),
+            "coolant": (code.mist, code.flood),
+        }
 
     def note(self, kind, *numbers):
         self.calls.append([kind, self.line, *numbers])
@@ -84,7 +89,9 @@ class Recorder:
     def change_tool(self, word):
         """Of its index in the table, or in LinuxCNC 2.10 of its number."""
         by_number = hasattr(ctypes.CDLL(gcode.__file__), "_Z11CHANGE_TOOLv")
-        self.loaded = next((tool for index, tool in self.tools.items() if word == (tool[0] if by_number else index)), (0, 0.0))
+        self.loaded = next(
+            (tool for index, tool in self.tools.items() if word == (tool[0] if by_number else index)), (0, 0.0)
+        )
 
     def get_tool(self, pocket):
         number, diameter, *offset = self.loaded if pocket == 0 else self.tools.get(pocket, (-1, 0.0))
@@ -108,7 +115,8 @@ class Recorder:
 
 
 def read_table(path):
-    """Tool table -> {index: (tool number, diameter, X and Z offset)}; indexes count the lines from 1, as the interpreter does."""
+    """Tool table -> {index: (tool number, diameter, X and Z offset)}; indexes count the lines from 1, as the
+    interpreter does."""
     tools = {}
     with open(path, encoding="utf-8") as lines:
         for line in lines:
@@ -121,9 +129,11 @@ def read_table(path):
 def main():
     program, units, table, parameter_file = sys.argv[1:5]
     tooldata = ctypes.CDLL("libtooldata.so.0")  # loaded by gcode already, which expects a task to have filled it
-    for plain, mangled, values in (("tool_mmap_creator", "_Z17tool_mmap_creatorPK13EMC_TOOL_STATi", (None, 0)),
-                                   ("tooldata_load", "_Z13tooldata_loadPKcPPc", (table.encode(), None))):
-        (getattr(tooldata, plain, None) or getattr(tooldata, mangled))(*values)        # LinuxCNC 2.10, or 2.9
+    for plain, mangled, values in (
+        ("tool_mmap_creator", "_Z17tool_mmap_creatorPK13EMC_TOOL_STATi", (None, 0)),
+        ("tooldata_load", "_Z13tooldata_loadPKcPPc", (table.encode(), None)),
+    ):
+        (getattr(tooldata, plain, None) or getattr(tooldata, mangled))(*values)  # LinuxCNC 2.10, or 2.9
     canon = Recorder(float(units), read_table(table), parameter_file)
     result, line = gcode.parse(program, canon, "G21", "G0")
     error = gcode.strerror(result) if result > gcode.MIN_ERROR else ""

@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Where the tip of the simulated robot is, from its joints: a chain of rotations and shifts, nothing of LinuxCNC's formulas.
+"""Where the tip of the simulated robot is, from its joints: a chain of rotations and shifts, nothing of LinuxCNC's
+formulas.
 
-The arm of hal/robot.hal: J0 about Z; J1 about the arm's Y, 300 mm of upper arm; J2 about the same direction, forearm of 400 mm, 50 mm off;
-then the wrist's three rotations, and 70 mm to the tip.  With all joints 0 the upper arm is level along X and the forearm hangs down.
+The arm of hal/robot.hal: J0 about Z; J1 about the arm's Y, 300 mm of upper arm; J2 about the same direction, forearm of
+400 mm, 50 mm off; then the wrist's three rotations, and 70 mm to the tip.  With all joints 0 the upper arm is level
+along X and the forearm hangs down.
 """
+
 import numpy as np
 
 A2, A3, D3, D4, D6 = 300.0, 50.0, 70.0, 400.0, 70.0

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """How many random cases, from which seed, and where a failing one is kept.
 
-CHIPWISE_RANDOM_COUNT and CHIPWISE_SEED in the environment decide, else the defaults do.  CHIPWISE_RANDOM_SHARE is the share of a default
-that is run: a fifth in `make test` and `make test-all`, all in `make test-long` and where a test is named (tools/test).  The C programs of
-tests/core run all: they take little time.
+CHIPWISE_RANDOM_COUNT and CHIPWISE_SEED in the environment decide, else the defaults do.  CHIPWISE_RANDOM_SHARE is the
+share of a default that is run: a fifth in `make test` and `make test-all`, all in `make test-long` and where a test is
+named (tools/test).  The C programs of tests/core run all: they take little time.
 """
+
 import json
 import math
 import os
@@ -15,7 +16,8 @@ DEFAULT_SEED = 7134
 
 
 def random_count(default, least=0):
-    """How many random cases: CHIPWISE_RANDOM_COUNT, else the share of the test's own default, rounded up; `least` where fewer show nothing."""
+    """How many random cases: CHIPWISE_RANDOM_COUNT, else the share of the test's own default, rounded up; `least` where
+    fewer show nothing."""
     return int(os.environ.get("CHIPWISE_RANDOM_COUNT") or max(least, math.ceil(default * random_share())))
 
 

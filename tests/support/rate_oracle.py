@@ -17,6 +17,7 @@ at which neither the stock nor the programmed feed is a reason to be slow.
 
 Lengths mm, times s, volumes mm3, rates mm3/s.
 """
+
 from __future__ import annotations
 
 import math
@@ -25,15 +26,16 @@ from dataclasses import dataclass
 import numpy as np
 
 WINDOW_S = 0.010
-KEEP_MM = 0.1           # an earlier position is kept when this far from the last, or at a corner;
-                        # between two the wall is off by 0.1^2 / 8 R = 0.0004 mm
-LINES = 96              # across the tool
-FEEDS = (2, 3)          # motion.motion-type of feed and arc
+KEEP_MM = 0.1  # an earlier position is kept when this far from the last, or at a corner;
+# between two the wall is off by 0.1^2 / 8 R = 0.0004 mm
+LINES = 96  # across the tool
+FEEDS = (2, 3)  # motion.motion-type of feed and arc
 
 
 @dataclass
 class OracleTool:
     """flat: (); ball: radius is the corner; vee: half angle in rad."""
+
     radius: float
     kind: str = "flat"
     half_angle: float = math.pi / 4
@@ -44,11 +46,10 @@ class OracleTool:
         if self.kind == "flat":
             z = np.zeros_like(inside)
         elif self.kind == "ball":
-            z = self.radius - np.sqrt(self.radius ** 2 - inside ** 2)
+            z = self.radius - np.sqrt(self.radius**2 - inside**2)
         else:
             z = inside / math.tan(self.half_angle)
         return np.where(r <= self.radius, z, np.inf)
-
 
     def reach(self, height):
         """Radius of the part of the tool that is at most `height` above its tip."""
@@ -56,7 +57,7 @@ class OracleTool:
             return self.radius
         if self.kind == "vee":
             return min(self.radius, height * math.tan(self.half_angle))
-        return math.sqrt(max(0.0, self.radius ** 2 - max(0.0, self.radius - height) ** 2))
+        return math.sqrt(max(0.0, self.radius**2 - max(0.0, self.radius - height) ** 2))
 
 
 class _Path:
@@ -78,8 +79,12 @@ class _Path:
         """Positions (n, 3) that may cover a point within `reach` of (x, y)."""
         lo = [math.floor((c - reach) / self.tile) for c in (x, y)]
         hi = [math.floor((c + reach) / self.tile) for c in (x, y)]
-        found = [np.array(self.tiles[i, j]) for i in range(lo[0], hi[0] + 1)
-                 for j in range(lo[1], hi[1] + 1) if (i, j) in self.tiles]
+        found = [
+            np.array(self.tiles[i, j])
+            for i in range(lo[0], hi[0] + 1)
+            for j in range(lo[1], hi[1] + 1)
+            if (i, j) in self.tiles
+        ]
         if not found:
             return np.zeros((0, 3))
         points = np.concatenate(found)
@@ -100,8 +105,8 @@ def _stock_height(path, now, tool, low, high, x, y):
     return np.maximum(z, low[2])
 
 
-_STRIP = np.polynomial.legendre.leggauss(2)     # along the strip a window adds
-_BELOW = np.polynomial.legendre.leggauss(7)     # below one half of the tool
+_STRIP = np.polynomial.legendre.leggauss(2)  # along the strip a window adds
+_BELOW = np.polynomial.legendre.leggauss(7)  # below one half of the tool
 
 
 def _window_volume(path, start, end, tool, low, high):
@@ -109,10 +114,10 @@ def _window_volume(path, start, end, tool, low, high):
     step = end - start
     across = math.hypot(step[0], step[1])
     heading = step[:2] / across if across > 1e-9 else np.array([1.0, 0.0])
-    reach = tool.reach(high[2] - min(start[2], end[2]))     # what can meet stock at all
+    reach = tool.reach(high[2] - min(start[2], end[2]))  # what can meet stock at all
     width = 2.0 * reach / LINES
     u = (np.arange(LINES) + 0.5) * width - reach
-    front = np.sqrt(np.maximum(0.0, reach ** 2 - u ** 2))
+    front = np.sqrt(np.maximum(0.0, reach**2 - u**2))
     # places w along each line and their weights: the strip the outline gains, and what lies
     # below the tool, denser towards its rim where a ball is steep
     half = 0.25 * math.pi * (_BELOW[0] + 1.0)
@@ -131,7 +136,7 @@ def _window_volume(path, start, end, tool, low, high):
         y = start[1] + w * heading[1] + side * heading[0]
         before = _stock_height(path, start, tool, low, high, x, y)
         # lowest surface on the way from start to end: nearest place, and both ends of a slope
-        cover = np.sqrt(tool.radius ** 2 - side ** 2) - 1e-9
+        cover = np.sqrt(tool.radius**2 - side**2) - 1e-9
         after = np.full(x.shape, np.inf)
         for at in (w, np.zeros_like(w), np.full_like(w, across), w - cover):
             part = np.clip(at / across, 0.0, 1.0) if across > 1e-9 else np.ones_like(w)
@@ -143,12 +148,12 @@ def _window_volume(path, start, end, tool, low, high):
 
 @dataclass
 class Rates:
-    time: np.ndarray        # (n,) s, end of each window
-    rate: np.ndarray        # (n,) mm3/s
-    volume: np.ndarray      # (n,) mm3 removed in the window
-    feeding: np.ndarray     # (n,) bool: feed or arc motion all through the window
-    scale: np.ndarray       # (n,) largest adaptive feed in the window
-    speed: np.ndarray       # (n,) mm/s of the tip
+    time: np.ndarray  # (n,) s, end of each window
+    rate: np.ndarray  # (n,) mm3/s
+    volume: np.ndarray  # (n,) mm3 removed in the window
+    feeding: np.ndarray  # (n,) bool: feed or arc motion all through the window
+    scale: np.ndarray  # (n,) largest adaptive feed in the window
+    speed: np.ndarray  # (n,) mm/s of the tip
 
     @property
     def cutting(self):
@@ -166,7 +171,7 @@ def rates(t, x, y, z, motion, scale, box, tool, window=WINDOW_S):
     path, last_unit = _Path(tool), np.zeros(3)
     out = {name: [] for name in ("time", "rate", "volume", "feeding", "scale", "speed")}
     for first, last in zip(edges[:-1], edges[1:]):
-        inside = np.s_[first + 1:last + 1]
+        inside = np.s_[first + 1 : last + 1]
         volume = 0.0
         # a corner within the window: straight pieces one by one
         for i, j in _straight_pieces(tips, first, last):
@@ -183,7 +188,7 @@ def rates(t, x, y, z, motion, scale, box, tool, window=WINDOW_S):
         out["rate"].append(volume / took)
         out["feeding"].append(np.isin(np.asarray(motion)[inside], FEEDS).all())
         out["scale"].append(np.asarray(scale)[inside].max())
-        out["speed"].append(np.linalg.norm(np.diff(tips[first:last + 1], axis=0), axis=1).sum() / took)
+        out["speed"].append(np.linalg.norm(np.diff(tips[first : last + 1], axis=0), axis=1).sum() / took)
     return Rates(**{name: np.array(values) for name, values in out.items()})
 
 
@@ -195,7 +200,7 @@ def _straight_pieces(tips, first, last):
         while j > i + 1:
             chord = tips[j] - tips[i]
             length = np.linalg.norm(chord)
-            inner = tips[i + 1:j] - tips[i]
+            inner = tips[i + 1 : j] - tips[i]
             if length < 1e-9:
                 off = np.linalg.norm(inner, axis=1).max()
             else:
@@ -226,7 +231,7 @@ def removed_total(x, y, z, box, tool, spacing=0.1, seed=1):
         last = tip
         i0, i1 = (max(0, int((tip[0] + s * tool.radius - low[0]) / hx) + s) for s in (-1, 1))
         j0, j1 = (max(0, int((tip[1] + s * tool.radius - low[1]) / hy) + s) for s in (-1, 1))
-        part = np.s_[j0:j1 + 1, i0:i1 + 1]
+        part = np.s_[j0 : j1 + 1, i0 : i1 + 1]
         surface = tip[2] + tool.height(np.hypot(px[part] - tip[0], py[part] - tip[1]))
         np.minimum(top[part], np.maximum(surface, low[2]), out=top[part])
     return float((high[2] - top).sum() * hx * hy)
@@ -234,17 +239,19 @@ def removed_total(x, y, z, box, tool, spacing=0.1, seed=1):
 
 @dataclass
 class Verdict:
-    above: float            # share of the cutting time above target x (1 + within)
-    below: float            # share below target x (1 - within) although the override was below 1
-    held: float             # share within the band
-    ceiling: float          # share at full override below the band: the feed is the limit
-    peak: float             # highest rate over the target
+    above: float  # share of the cutting time above target x (1 + within)
+    below: float  # share below target x (1 - within) although the override was below 1
+    held: float  # share within the band
+    ceiling: float  # share at full override below the band: the feed is the limit
+    peak: float  # highest rate over the target
     cutting_s: float
 
     def __str__(self):
-        return (f"{100 * self.above:.1f} % above, {100 * self.below:.1f} % below, {100 * self.held:.1f} % "
-                f"held, {100 * self.ceiling:.1f} % at the ceiling, peak {self.peak:.3f} x target, "
-                f"{self.cutting_s:.2f} s of cutting")
+        return (
+            f"{100 * self.above:.1f} % above, {100 * self.below:.1f} % below, {100 * self.held:.1f} % "
+            f"held, {100 * self.ceiling:.1f} % at the ceiling, peak {self.peak:.3f} x target, "
+            f"{self.cutting_s:.2f} s of cutting"
+        )
 
 
 def check_rate(found, target, within=0.03, most_above=0.02, most_below=0.15):
@@ -264,8 +271,9 @@ def check_rate(found, target, within=0.03, most_above=0.02, most_below=0.15):
     def share(mask):
         return float(spans[mask].sum() / whole)
 
-    verdict = Verdict(share(high), share(low & ~free), share(~low & ~high), share(low & free),
-                      float(ratio.max()), float(whole))
+    verdict = Verdict(
+        share(high), share(low & ~free), share(~low & ~high), share(low & free), float(ratio.max()), float(whole)
+    )
     if verdict.above > most_above:
         raise AssertionError(f"too fast: {verdict}")
     if verdict.below > most_below:

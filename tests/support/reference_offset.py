@@ -12,6 +12,7 @@ offset.py has neither limit.
 Departures: "left" is an offset to the right by minus the radius; an arc counts as reversed
 also where its ends changed places, which the patent checks for lines only.
 """
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +28,7 @@ from chipwise.geometry.base.tolerances import NODE_MM
 @dataclass(frozen=True, eq=False)
 class PatentOffset:
     """path: tool centre path; rough: rough shape; kept, deleted: finish element indices."""
+
     path: Elements
     rough: Elements
     kept: tuple
@@ -36,6 +38,7 @@ class PatentOffset:
 @dataclass(frozen=True)
 class NoMeeting:
     """Elements a and b (finish indices) became neighbours and have no common point."""
+
     a: int
     b: int
 
@@ -43,25 +46,23 @@ class NoMeeting:
 def patent_offset(contour: Contour, side, radius):
     """PatentOffset of a contour with the tool right (side +1) or left (-1), or NoMeeting."""
     form = canonical(contour.elements)
-    moved = offset_right(form, side * radius)                               # 12, 101..105
+    moved = offset_right(form, side * radius)  # 12, 101..105
     every = list(range(len(contour.elements)))
     bare = _ends_moved(contour.elements, form, moved)
-    first = _joints(moved, every, contour.closed, bare)                     # 106, 107
-    deleted = [k for k in every if _vanished(moved, k)]                     # 22, 23
+    first = _joints(moved, every, contour.closed, bare)  # 106, 107
+    deleted = [k for k in every if _vanished(moved, k)]  # 22, 23
     if not isinstance(first, NoMeeting):
-        deleted = [k for k in every if k in deleted or _reversed(contour, k, *first[k])]   # 24
+        deleted = [k for k in every if k in deleted or _reversed(contour, k, *first[k])]  # 24
     kept = [k for k in every if k not in deleted]
-    joints = _joints(moved, kept, contour.closed, bare)                     # 25, 26
+    joints = _joints(moved, kept, contour.closed, bare)  # 25, 26
     if isinstance(joints, NoMeeting):
         return joints
-    back = offset_right(moved, -side * radius)                              # 14
-    ends = {k: (_foot(moved, k, a, side * radius), _foot(moved, k, b, side * radius))
-            for k, (a, b) in joints.items()}
-    rough = _joints(back, kept, contour.closed, ends)                       # 15
+    back = offset_right(moved, -side * radius)  # 14
+    ends = {k: (_foot(moved, k, a, side * radius), _foot(moved, k, b, side * radius)) for k, (a, b) in joints.items()}
+    rough = _joints(back, kept, contour.closed, ends)  # 15
     if isinstance(rough, NoMeeting):
         return rough
-    return PatentOffset(_run(moved, kept, joints), _run(back, kept, rough), tuple(kept),
-                        tuple(deleted))
+    return PatentOffset(_run(moved, kept, joints), _run(back, kept, rough), tuple(kept), tuple(deleted))
 
 
 def _ends_moved(e, form, moved):
@@ -114,11 +115,9 @@ def _common(form, a, b):
         t, _ = lines.intersect_lines(start, end, start_b, end_b)
         return start + t[:, None] * (end - start)
     if form.turn[a] != 0.0 and form.turn[b] != 0.0:
-        return arcs.intersect_circles(form.centre[[a]], form.radius[[a]], form.centre[[b]],
-                                      form.radius[[b]])[:, 0]
+        return arcs.intersect_circles(form.centre[[a]], form.radius[[a]], form.centre[[b]], form.radius[[b]])[:, 0]
     line, arc = (b, a) if form.turn[a] != 0.0 else (a, b)
-    return arcs.intersect_line_circle(*_two_points(form, line), form.centre[[arc]],
-                                      form.radius[[arc]])[:, 0]
+    return arcs.intersect_line_circle(*_two_points(form, line), form.centre[[arc]], form.radius[[arc]])[:, 0]
 
 
 def _two_points(form, k):

@@ -17,15 +17,16 @@ Error of a volume, one standard deviation: 0.41 h^2 depth sqrt(outline / h), for
 apart and an outline of the given length (each outline cell is hit or missed by chance);
 `error_mm3` says it.  Lengths mm, angles degrees, volumes mm3.
 """
+
 from __future__ import annotations
 
 import math
 
 import numpy as np
 
-HALVINGS = 60           # of the inside-test in Z: exhausts a double
-LEVEL_STEP = 0.002      # mm between positions of a sloping move: half of it is the error in Z
-PROFILE_POINTS = 4001   # radii at which the lower surface is tabulated
+HALVINGS = 60  # of the inside-test in Z: exhausts a double
+LEVEL_STEP = 0.002  # mm between positions of a sloping move: half of it is the error in Z
+PROFILE_POINTS = 4001  # radii at which the lower surface is tabulated
 
 
 def _cylinder(radius, bottom):
@@ -33,11 +34,11 @@ def _cylinder(radius, bottom):
 
 
 def _sphere(radius, centre_z):
-    return lambda r, z: r ** 2 + (z - centre_z) ** 2 <= radius ** 2
+    return lambda r, z: r**2 + (z - centre_z) ** 2 <= radius**2
 
 
 def _torus(major, minor, centre_z):
-    return lambda r, z: (r - major) ** 2 + (z - centre_z) ** 2 <= minor ** 2
+    return lambda r, z: (r - major) ** 2 + (z - centre_z) ** 2 <= minor**2
 
 
 def _cone(apex_z, half_angle, from_z, to_z):
@@ -54,17 +55,19 @@ class ReferenceTool:
         self.corner, self.tip_angle = corner, tip_angle
         if tip_angle:
             half = math.radians(tip_angle / 2.0)
-            apex = corner - corner / math.sin(half)     # of the cone that touches the tip sphere
-            touch = corner - corner * math.sin(half)    # height of the circle where it does
-            top = apex + radius / math.tan(half)        # where the cone reaches the shank
-            self._solids = [_sphere(corner, corner), _cone(apex, half, touch, top),
-                            _cylinder(radius, top)]
+            apex = corner - corner / math.sin(half)  # of the cone that touches the tip sphere
+            touch = corner - corner * math.sin(half)  # height of the circle where it does
+            top = apex + radius / math.tan(half)  # where the cone reaches the shank
+            self._solids = [_sphere(corner, corner), _cone(apex, half, touch, top), _cylinder(radius, top)]
             self.top = top
         else:
-            self._solids = [_cylinder(radius, corner), _cylinder(radius - corner, 0.0),
-                            _torus(radius - corner, corner, corner)]
+            self._solids = [
+                _cylinder(radius, corner),
+                _cylinder(radius - corner, 0.0),
+                _torus(radius - corner, corner, corner),
+            ]
             self.top = corner
-        r = radius * np.sin(np.linspace(0.0, math.pi / 2.0, PROFILE_POINTS))    # dense at the rim
+        r = radius * np.sin(np.linspace(0.0, math.pi / 2.0, PROFILE_POINTS))  # dense at the rim
         self._r, self._z = r, self.surface(r)
 
     def inside(self, r, z):
@@ -125,7 +128,7 @@ class ReferenceStock:
         first = np.floor((np.array([x, y]) - tool.radius - self.low[:2]) / self.step).astype(int)
         last = np.ceil((np.array([x, y]) + tool.radius - self.low[:2]) / self.step).astype(int)
         first, last = np.maximum(first, 0), np.maximum(last, 0)
-        window = np.s_[first[1]:last[1], first[0]:last[0]]
+        window = np.s_[first[1] : last[1], first[0] : last[0]]
         if not self.z[window].size:
             return
         r = np.hypot(self.x[window] - x, self.y[window] - y)

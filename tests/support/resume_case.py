@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A program, the machine it runs on, and the stock that is kept of it at a stop.  Used by tests/resume/ and bench/bench_resume.py."""
+"""A program, the machine it runs on, and the stock that is kept of it at a stop.  Used by tests/resume/ and
+bench/bench_resume.py."""
+
 import time
 
 from chipwise.program.reader import Machine
@@ -11,8 +13,8 @@ from chipwise.settings import load_settings
 from chipwise.tool_data.geometry import load_tools
 from support.resume_oracle import Run, make_machine, moments, write_journal
 
-SAME_MM = 0.06              # of heights outside of a cell and its neighbours
-SAME_MM3 = 1.0              # of what is left, and SAME_SHARE of what is cut: chords of arcs
+SAME_MM = 0.06  # of heights outside of a cell and its neighbours
+SAME_MM3 = 1.0  # of what is left, and SAME_SHARE of what is cut: chords of arcs
 SAME_SHARE = 2e-4
 
 
@@ -32,8 +34,15 @@ class Case:
 
     def keep(self, stock, removed, tip, program=None, when=None):
         """Save as the machine does; tip: index of a point."""
-        write_journal(self.journal, stock, removed, self.run.points[tip], int(self.program.line[self.run.move[tip]]), program or self.path,
-                      when or time.time())
+        write_journal(
+            self.journal,
+            stock,
+            removed,
+            self.run.points[tip],
+            int(self.program.line[self.run.move[tip]]),
+            program or self.path,
+            when or time.time(),
+        )
 
     def resumed(self, data, stock):
         """(stock that the new program leaves, mm3 that its traverses meet, s of its feeds)."""

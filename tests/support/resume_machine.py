@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Programs that are stopped in a real LinuxCNC, killed or by a button, and gone on with there.  Used by bench/bench_resume.py --real.
+"""Programs that are stopped in a real LinuxCNC, killed or by a button, and gone on with there.  Used by
+bench/bench_resume.py --real.
 
- 1. The uninterrupted run: its map, the time that its program takes, and the seconds of feed in air that the servo thread has counted.
- 2. A stop: abort, E-stop, abort with a STOCK_DIR that has become read-only, kill -9 of rtapi_app, of milltask or of everything, each after a random share of
-    that time.  After kill -9 LinuxCNC is started again; KEEP_STOCK brings its stock back.
- 3. `chipwise resume` in the environment of the running machine; its program runs, the guards on.
- 4. Judged: map in the end, messages (a guard's stop is one), feed in air of both parts against the uninterrupted run's.
+1. The uninterrupted run: its map, the time that its program takes, and the seconds of feed in air that the servo thread
+   has counted.
+2. A stop: abort, E-stop, abort with a STOCK_DIR that has become read-only, kill -9 of rtapi_app, of milltask or of
+   everything, each after a random share of that time.  After kill -9 LinuxCNC is started again; KEEP_STOCK brings its
+   stock back.
+3. `chipwise resume` in the environment of the running machine; its program runs, the guards on.
+4. Judged: map in the end, messages (a guard's stop is one), feed in air of both parts against the uninterrupted run's.
 """
+
 import random
 import shutil
 
@@ -22,7 +26,7 @@ HOW = (*BUTTONS, "rtapi_app", "milltask", "everything")
 SPEED = 4
 AIR = ("volumetric-feed.0.air-time", "volumetric-feed.0.cut-time")
 PROCESSES = ("linuxcnc", "rtapi_app", "milltask", "io", "linuxcncsvr", "halui")
-REST_S = 3.0                # of the machine's time, after an abort: the journal gets what was cut last
+REST_S = 3.0  # of the machine's time, after an abort: the journal gets what was cut last
 
 
 class Machine:
@@ -74,14 +78,22 @@ def stop_steps(machine, how, seconds):
     note = ["program", "sh", "-c", f"halcmd getp {AIR[0]} > {machine.air}"]
     if how in BUTTONS:
         return [*steps, *wait, note, ["estop" if how == "estop" else "abort"], ["sleep", REST_S], ["errors"]]
-    kill = [["kill_monitor"], *(["kill", name] for name in PROCESSES)] if how == "everything" else [["kill", how], ["sleep", REST_S]]
+    kill = (
+        [["kill_monitor"], *(["kill", name] for name in PROCESSES)]
+        if how == "everything"
+        else [["kill", how], ["sleep", REST_S]]
+    )
     return [*steps, *wait, note, *kill, ["program", "sh", "-c", "kill -9 $PPID"]]
 
 
 def by_button(machine, how, seconds):
     """The last answers, from that of resume on: stopped and gone on with in one LinuxCNC."""
     refused = [machine.resume(), ["program", "chmod", "777", str(machine.stock)]] if how == "read-only" else []
-    end = [*([["on"]] if how == "estop" else []), machine.resume(), *machine.run(machine.out, machine.folder / "end.npy")]
+    end = [
+        *([["on"]] if how == "estop" else []),
+        machine.resume(),
+        *machine.run(machine.out, machine.folder / "end.npy"),
+    ]
     answers = machine.operate([*stop_steps(machine, how, seconds), *refused, *end])
     if refused:
         status, said = answers[-len(end) - 2]
@@ -94,7 +106,7 @@ def killed(machine, how, seconds):
     """The same with kill -9 and a second LinuxCNC."""
     try:
         machine.operate(stop_steps(machine, how, seconds))
-    except Stopped:                         # the display is killed, too
+    except Stopped:  # the display is killed, too
         pass
     return machine.operate([["errors"], machine.resume(), *machine.run(machine.out, machine.folder / "end.npy")])[1:]
 
@@ -108,7 +120,14 @@ def stops(folder, case, count, seed):
         how, share = order[number % len(order)], rng.uniform(0.2, 0.9)
         machine.clean()
         run = by_button if how in BUTTONS else killed
-        found = {"program": case.path.stem, "kind": how, "index": number, "line": 0, "note": f"share {share:.2f}", "added": None}
+        found = {
+            "program": case.path.stem,
+            "kind": how,
+            "index": number,
+            "line": 0,
+            "note": f"share {share:.2f}",
+            "added": None,
+        }
         try:
             found["fault"], found["added"] = judged(machine, run(machine, how, share * (air + cut)), heights, air)
         except Stopped as stopped:
@@ -124,7 +143,7 @@ def judged(machine, answers, heights, air):
         return f"refused: {said}", None
     higher, lower = outside(heights, np.load(machine.folder / "end.npy"))
     added = float(machine.air.read_text()) + float(late) - air
-    errors = [text for text in errors if not text.startswith("Note:")]      # LinuxCNC's own, after an E-stop
+    errors = [text for text in errors if not text.startswith("Note:")]  # LinuxCNC's own, after an E-stop
     if errors:
         return f"messages: {errors}", added
     if max(higher, lower) >= SAME_MM:

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A program that is stopped at a moment, as the machine would have cut and saved it.  Used by tests/resume/.
 
-It knows neither segments nor evidence of the product: the path is followed in steps of the servo thread, arcs on their circles, and the core cuts.
+It knows neither segments nor evidence of the product: the path is followed in steps of the servo thread, arcs on their
+circles, and the core cuts.
 """
+
 import math
 import random
 import shutil
@@ -18,7 +20,7 @@ from chipwise.clib.core import Cutter, Tool
 from chipwise.tool_data.geometry import ToolGeometry
 from support import ROOT
 
-PERIOD_S = 0.004            # four servo periods
+PERIOD_S = 0.004  # four servo periods
 RAPID_MM_S = 100.0
 _AXES = {1: (0, 1, 2), 2: (1, 2, 0), 3: (2, 0, 1)}
 
@@ -35,20 +37,28 @@ def make_machine(folder, tools=None, table=None):
     if tools:
         (folder / "tools.toml").write_text(tools)
     text = (ROOT / "configs" / "mill.ini").read_text()
-    text = text.replace("TOPLEVEL = remap/toplevel.py", f"TOPLEVEL = {ROOT}/remap/toplevel.py").replace(
-        "PATH_PREPEND = remap", f"PATH_PREPEND = {ROOT}/remap").replace(
-        "SUBROUTINE_PATH = nc_files:../nc_files:../nc_files/patterns", f"SUBROUTINE_PATH = subs:{ROOT}/nc_files:{ROOT}/nc_files/patterns").replace(
-        "KEEP_STOCK = no", "KEEP_STOCK = yes")
+    text = (
+        text.replace("TOPLEVEL = remap/toplevel.py", f"TOPLEVEL = {ROOT}/remap/toplevel.py")
+        .replace("PATH_PREPEND = remap", f"PATH_PREPEND = {ROOT}/remap")
+        .replace(
+            "SUBROUTINE_PATH = nc_files:../nc_files:../nc_files/patterns",
+            f"SUBROUTINE_PATH = subs:{ROOT}/nc_files:{ROOT}/nc_files/patterns",
+        )
+        .replace("KEEP_STOCK = no", "KEEP_STOCK = yes")
+    )
     (folder / "mill.ini").write_text(text)
     return folder / "mill.ini"
 
 
 class Run:
-    """A program as the machine runs it: points (n, 3) of its path, one a period, the move that each is of, and the time to it."""
+    """A program as the machine runs it: points (n, 3) of its path, one a period, the move that each is of, and the time
+    to it."""
 
     def __init__(self, program, geometry, cell=0.4):
         self.program = program
-        first = max(next(e.at for e in program.events if e.kind == records.STOCK), program.known_from, program.lead.named_from)
+        first = max(
+            next(e.at for e in program.events if e.kind == records.STOCK), program.known_from, program.lead.named_from
+        )
         points, moves, seconds = [program.start(first)[None]], [np.array([first])], [np.zeros(1)]
         for step in range(int(program.step[first]), program.steps):
             own, took = self._step(step)
@@ -62,7 +72,9 @@ class Run:
         for event in program.events:
             if event.kind == records.TOOL:
                 shape = Shape.of_tool(event.values[1], geometry.get(int(event.values[0])) or ToolGeometry())
-                self.tools.append(Tool(shape.diameter, shape.corner_radius, shape.tip_angle) if event.values[1] > 0 else None)
+                self.tools.append(
+                    Tool(shape.diameter, shape.corner_radius, shape.tip_angle) if event.values[1] > 0 else None
+                )
                 self.tool[self.move >= event.at] = len(self.tools) - 1
         self.blank = next(e for e in program.events if e.kind == records.STOCK)
         self.cell = cell
@@ -88,7 +100,11 @@ class Run:
         share = np.arange(1, n + 1) / n
         r, t = radius + (last - radius) * share, angle + sweep * share
         out = np.empty((n, 3))
-        out[:, u], out[:, v], out[:, w] = c[u] + r * np.cos(t), c[v] + r * np.sin(t), start[w] + (end[w] - start[w]) * share
+        out[:, u], out[:, v], out[:, w] = (
+            c[u] + r * np.cos(t),
+            c[v] + r * np.sin(t),
+            start[w] + (end[w] - start[w]) * share,
+        )
         return out, took
 
     def new_stock(self):
@@ -112,14 +128,14 @@ def write_journal(path, stock, removed, tip, line, program, when):
     cells = np.ascontiguousarray(stock.cells_and_ring).view(np.uint64).reshape(-1)
     note = journal.Note(when, removed, tuple(map(float, tip)), line, str(program))
     for first in range(0, cells.size, journal.BAND_CELLS):
-        writer.band(first, cells[first:first + journal.BAND_CELLS], note)
+        writer.band(first, cells[first : first + journal.BAND_CELLS], note)
     writer.publish()
     writer.close()
 
 
 def neighbours(z, pick):
     padded = np.pad(z, 1, mode="edge")
-    return pick(np.stack([padded[i:i + z.shape[0], j:j + z.shape[1]] for i in range(3) for j in range(3)]), axis=0)
+    return pick(np.stack([padded[i : i + z.shape[0], j : j + z.shape[1]] for i in range(3) for j in range(3)]), axis=0)
 
 
 def apart(one, two):

@@ -1,10 +1,20 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A machine that a test sets by hand, for Resume on the page of `chipwise panel`.  Used by tests/panel/ and tests/resume/."""
+"""A machine that a test sets by hand, for Resume on the page of `chipwise panel`.  Used by tests/panel/ and
+tests/resume/."""
+
 from dataclasses import replace
 
 from chipwise.entry import mdi
 
-SCENE = {"index": 1, "offset": [0.0, 0.0, 0.0], "g92": [0.0, 0.0, 0.0], "turn": 0.0, "tool": 1, "codes": "G17 G21 G91", "block_delete": False}
+SCENE = {
+    "index": 1,
+    "offset": [0.0, 0.0, 0.0],
+    "g92": [0.0, 0.0, 0.0],
+    "turn": 0.0,
+    "tool": 1,
+    "codes": "G17 G21 G91",
+    "block_delete": False,
+}
 OPTIONS = {"line": None, "seconds": 0, "broke": False}
 
 

@@ -128,7 +128,7 @@ G0 Z10
 M2
 """
 OWN = {"drilling": DRILL, "subs and loops": SUBS, "arcs, inch, compensation": ARCS, "finish and spring passes": FINISH}
-SAMPLES = ["slots", "pocket", "cam_part", "relief", "contour", "panel", "chop_contour", "pocket_zigzag"]      # of nc_files/
+SAMPLES = ["slots", "pocket", "cam_part", "relief", "contour", "panel", "chop_contour", "pocket_zigzag"]  # of nc_files/
 HOLES = """\
 G21 G90 G17 G40 G49 G54 G80 G94
 M250 P0 Q0 R-20 I90 J70 K20
@@ -299,6 +299,12 @@ N25 M9
 N26 M5
 N27 M30
 """
-MORE = {"holes and canned cycles": HOLES, "incremental, inch": INCREMENTAL, "nested loops": NESTED, "rotated, G55": ROTATED,
-        "pocket with an island": ISLAND, "constant removal rate": CONSTANT}
+MORE = {
+    "holes and canned cycles": HOLES,
+    "incremental, inch": INCREMENTAL,
+    "nested loops": NESTED,
+    "rotated, G55": ROTATED,
+    "pocket with an island": ISLAND,
+    "constant removal rate": CONSTANT,
+}
 MORE_SAMPLES = ["pattern", "pocket_concentric"]

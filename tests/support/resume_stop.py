@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A program of a machine without LinuxCNC that is stopped at a share of its path.  Used by tests/resume/ and tests/panel/."""
+"""A program of a machine without LinuxCNC that is stopped at a share of its path.  Used by tests/resume/ and
+tests/panel/."""
+
 import os
 import subprocess
 import time
@@ -14,12 +16,15 @@ from support.resume_oracle import Run, make_machine, write_journal
 from support.resume_programs import SUBS
 
 CHIPWISE = str(ROOT / "bin" / "chipwise")
-SHARE = 0.6                 # of the program's path, at which it is stopped
+SHARE = 0.6  # of the program's path, at which it is stopped
 
 
 def own_words(errors):
-    """Without what LinuxCNC's library prints where a LinuxCNC of another container runs, as that of a test beside this one."""
-    return "".join(line for line in errors.splitlines(True) if not line.startswith(("tool_mmap_user()", "poll(): continuing")))
+    """Without what LinuxCNC's library prints where a LinuxCNC of another container runs, as that of a test beside this
+    one."""
+    return "".join(
+        line for line in errors.splitlines(True) if not line.startswith(("tool_mmap_user()", "poll(): continuing"))
+    )
 
 
 class Stop:
@@ -42,13 +47,26 @@ class Stop:
         self.removed = self.run.cut(self.stock, 0, index)
 
     def keep(self, tip=None, program=None):
-        write_journal(self.journal, self.stock, self.removed, self.run.points[self.index] if tip is None else tip,
-                      int(self.read.line[self.run.move[self.index]]), program or self.program, time.time())
+        write_journal(
+            self.journal,
+            self.stock,
+            self.removed,
+            self.run.points[self.index] if tip is None else tip,
+            int(self.read.line[self.run.move[self.index]]),
+            program or self.program,
+            time.time(),
+        )
 
     def resume(self, *options, program=None):
         """(status, stdout, stderr)."""
-        done = subprocess.run([CHIPWISE, "resume", str(program or self.program), "--ini", str(self.ini), *options], text=True, stdin=subprocess.DEVNULL,
-                              capture_output=True, timeout=300, check=False)
+        done = subprocess.run(
+            [CHIPWISE, "resume", str(program or self.program), "--ini", str(self.ini), *options],
+            text=True,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=300,
+            check=False,
+        )
         assert "Traceback" not in done.stdout + done.stderr and "internal error" not in done.stderr
         return done.returncode, done.stdout, own_words(done.stderr)
 

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A machine, random deep programs and verdicts for the tests of `chipwise rewrite`.
 
-Used by tests/rewrite/ and bench/bench_rewrite.py.  The verdict on depth is check_oracle.py's needles: they know neither the product's
-height map nor how a path was shifted.
+Used by tests/rewrite/ and bench/bench_rewrite.py.  The verdict on depth is check_oracle.py's needles: they know neither
+the product's height map nor how a path was shifted.
 """
+
 import math
 import random
 from types import SimpleNamespace
@@ -16,9 +17,11 @@ from support.forked import CHIPWISE
 
 HEAD = "G21 G90 G17 G40 G49 G80 G94\n"
 FLUTES = {1: 12.0, 2: 8.0, 3: 100.0, 4: 10.0}
-TOOLS = ("[tool.1]\nshape = 'flat'\nflute_length = 12\n[tool.2]\nshape = 'ball'\nflute_length = 8\n"
-         "[tool.3]\nshape = 'flat'\nflute_length = 100\n[tool.4]\nshape = 'bull'\ncorner_radius = 1\nflute_length = 10\n"
-         "stick_out = 45\nholder_diameter = 30\n")
+TOOLS = (
+    "[tool.1]\nshape = 'flat'\nflute_length = 12\n[tool.2]\nshape = 'ball'\nflute_length = 8\n"
+    "[tool.3]\nshape = 'flat'\nflute_length = 100\n[tool.4]\nshape = 'bull'\ncorner_radius = 1\nflute_length = 10\n"
+    "stick_out = 45\nholder_diameter = 30\n"
+)
 TABLE = "T1 P1 D6 Z30\nT2 P2 D6\nT3 P3 D10\nT4 P4 D8\n"
 
 
@@ -32,9 +35,11 @@ def make_machine(folder, tools=TOOLS, table=TABLE, unit="mm"):
     name = "mill.ini" if unit == "mm" else "mill_inch.ini"
     text = (ROOT / "configs" / name).read_text()
     remap = ROOT / "remap"
-    text = text.replace("TOPLEVEL = remap/toplevel.py", f"TOPLEVEL = {remap}/toplevel.py").replace(
-        "PATH_PREPEND = remap", f"PATH_PREPEND = {remap}").replace("SUBROUTINE_PATH = nc_files:../nc_files",
-                                                                  "SUBROUTINE_PATH = subs")
+    text = (
+        text.replace("TOPLEVEL = remap/toplevel.py", f"TOPLEVEL = {remap}/toplevel.py")
+        .replace("PATH_PREPEND = remap", f"PATH_PREPEND = {remap}")
+        .replace("SUBROUTINE_PATH = nc_files:../nc_files", "SUBROUTINE_PATH = subs")
+    )
     (folder / name).write_text(text)
     return folder / name
 
@@ -54,11 +59,15 @@ def check_status(program, ini):
 
 
 def deep_program(seed):
-    """A program that cuts up to three times deeper than its flutes are long: strokes and arcs that cross, some sloped."""
+    """A program that cuts up to three times deeper than its flutes are long: strokes and arcs that cross, some
+    sloped."""
     r = random.Random(f"deep {seed}")
     size = [r.uniform(40, 70), r.uniform(30, 50), r.uniform(20, 40)]
     low = [r.uniform(-3, 3), r.uniform(-3, 3)]
-    lines = [HEAD.strip(), f"M250 P{low[0]:.3f} Q{low[1]:.3f} R{-size[2]:.3f} I{size[0]:.3f} J{size[1]:.3f} K{size[2]:.3f}"]
+    lines = [
+        HEAD.strip(),
+        f"M250 P{low[0]:.3f} Q{low[1]:.3f} R{-size[2]:.3f} I{size[0]:.3f} J{size[1]:.3f} K{size[2]:.3f}",
+    ]
     if r.random() < 0.5:
         z, y = -r.uniform(2, size[2] * 0.6), r.uniform(0, size[1])
         lines += ["T3 M6", "S8000 M3", f"G0 X-12 Y{y:.3f} Z5", f"G0 Z{z:.3f}", f"G1 X{size[0] + 12:.3f} F900", "G0 Z5"]
@@ -70,6 +79,7 @@ def deep_program(seed):
 
     def depth(share):
         return -r.uniform(flute * share, min(size[2] - 1, 3.2 * flute))
+
     lines += [f"T{tool} M6", "S9000 M3"]
     for _ in range(r.randint(1, 2)):
         x, y = place()
@@ -93,7 +103,7 @@ def deep_program(seed):
 def neighbours(z):
     """(9, rows, columns): each needle with those beside it."""
     padded = np.pad(z, 1, mode="edge")
-    return np.stack([padded[i:i + z.shape[0], j:j + z.shape[1]] for i in range(3) for j in range(3)])
+    return np.stack([padded[i : i + z.shape[0], j : j + z.shape[1]] for i in range(3) for j in range(3)])
 
 
 def verdict(before, after, ini):
@@ -104,6 +114,7 @@ def verdict(before, after, ini):
     from chipwise.program.reader import Machine
     from chipwise.rewrite.program import read
     from chipwise.tool_data.geometry import load_tools
+
     machine, geometry = Machine(str(ini)), load_tools(str(ini.parent / "tools.toml"))
     one, _, _ = judged(read(str(before), machine), geometry)
     two, excess, rapid = judged(read(str(after), machine), geometry)
@@ -112,8 +123,10 @@ def verdict(before, after, ini):
 
 
 def judged(program, geometry, spacing=0.2):
-    """(needles after a Program, {tool: mm its deepest feed move is deeper than its flutes are long}, worst traverse mm)."""
+    """(needles after a Program, {tool: mm its deepest feed move is deeper than its flutes are long}, worst traverse
+    mm)."""
     from chipwise.rewrite import sections
+
     needles, excess, rapid = None, {}, 0.0
     for section in sections.sections(program, geometry):
         if section.stock is not None:
@@ -122,13 +135,12 @@ def judged(program, geometry, spacing=0.2):
             continue
         shape, flute = section.tool.shape, section.tool.flute_length or math.inf
         for move in range(max(section.first, program.known_from), section.end):
-            depth, = needles.move((shape.diameter, shape.corner_radius, shape.tip_angle), program.start(move), program.end[move],
-                                  (0.004,))
+            (depth,) = needles.move(
+                (shape.diameter, shape.corner_radius, shape.tip_angle), program.start(move), program.end[move], (0.004,)
+            )
             if program.kind[move] == 0:
                 rapid = max(rapid, depth)
             else:
                 number = section.tool.number
                 excess[number] = max(excess.get(number, -math.inf), depth - flute)
     return needles, excess, rapid
-
-

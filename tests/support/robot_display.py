@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A display program for the simulated robot: homes it, runs programs, and writes what came of each.
 
-Started by LinuxCNC in tests/machine/test_robot.py.  CHIPWISE_PROGRAMS: JSON list of paths; CHIPWISE_ANSWERS: path of a JSON list with
-{"errors": [..], "joints": joints in the end, "pose": position in the end} of each.  CHIPWISE_SAMPLES: file for the joints of
-every servo period, as halsampler writes them.
+Started by LinuxCNC in tests/machine/test_robot.py.  CHIPWISE_PROGRAMS: JSON list of paths; CHIPWISE_ANSWERS: path of a
+JSON list with
+{"errors": [..], "joints": joints in the end, "pose": position in the end} of each.  CHIPWISE_SAMPLES: file for the
+joints of every servo period, as halsampler writes them.
 """
+
 import json
 import os
 import subprocess
@@ -14,7 +16,7 @@ import time
 import linuxcnc
 
 PATIENCE_S = 120
-IDLE_POLLS = 20             # a program that has been idle so often is over, however short it was
+IDLE_POLLS = 20  # a program that has been idle so often is over, however short it was
 
 
 def until(command, stat, done):
@@ -46,6 +48,7 @@ def run(command, stat, errors, program):
         is_taken = stat.echo_serial_number >= command.serial
         idle += is_taken
         return stat.interp_state != linuxcnc.INTERP_IDLE or is_taken and more() or idle > IDLE_POLLS
+
     command.auto(linuxcnc.AUTO_RUN, 0)
     until(command, stat, has_begun)
     until(command, stat, lambda: stat.interp_state == linuxcnc.INTERP_IDLE and stat.inpos)
@@ -60,8 +63,8 @@ def main():
     command.state(linuxcnc.STATE_ON)
     command.wait_complete()
     command.home(-1)
-    until(command, stat, lambda: all(stat.homed[:stat.joints]))
-    sampler = subprocess.Popen(['halsampler', '-t', os.environ["CHIPWISE_SAMPLES"]], stdin=subprocess.DEVNULL)
+    until(command, stat, lambda: all(stat.homed[: stat.joints]))
+    sampler = subprocess.Popen(["halsampler", "-t", os.environ["CHIPWISE_SAMPLES"]], stdin=subprocess.DEVNULL)
     answers = []
     for program in json.loads(os.environ["CHIPWISE_PROGRAMS"]):
         answers.append(run(command, stat, errors, program))

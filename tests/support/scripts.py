@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A script of tools/ that has no .py at its end, as a module."""
+
 import importlib.util
 from importlib.machinery import SourceFileLoader
 

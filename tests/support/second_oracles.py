@@ -6,6 +6,7 @@ under build/, made on first use from /usr/bin/python3 with --system-site-package
 is installed anywhere else.  Where that fails (no network, no wheel for the machine) load()
 returns the reason instead, and tests skip showing it.
 """
+
 import fcntl
 import importlib
 import math
@@ -18,7 +19,7 @@ from support import ROOT
 
 VENV = ROOT / "build" / "oracles"
 PACKAGES = ("cavaliercontours-python", "pyclipper")
-MAY_LACK = "opencamlib"             # has no wheel for every Python
+MAY_LACK = "opencamlib"  # has no wheel for every Python
 
 
 def _install():
@@ -35,9 +36,10 @@ def _install_alone():
         return None
     if failed.exists():
         return f"{failed.read_text().strip()} (remove {failed} to try again)"
-    steps = ([sys.executable, "-m", "venv", "--system-site-packages", str(VENV)],
-             [str(VENV / "bin" / "pip"), "install", "--quiet", "--disable-pip-version-check",
-              "--timeout", "20", *PACKAGES])
+    steps = (
+        [sys.executable, "-m", "venv", "--system-site-packages", str(VENV)],
+        [str(VENV / "bin" / "pip"), "install", "--quiet", "--disable-pip-version-check", "--timeout", "20", *PACKAGES],
+    )
     pip = [str(VENV / "bin" / "pip"), "install", "--quiet", "--disable-pip-version-check", "--timeout", "20"]
     for step in steps:
         try:
@@ -72,10 +74,12 @@ def cavalier_job(module, shape, side, radius):
     x, y, bulge = [], [], []
     for el in shape:
         parts = [el]
-        if el[0] == "A" and abs(el[7]) > 0.999 * math.pi:          # its arcs end at a half turn
+        if el[0] == "A" and abs(el[7]) > 0.999 * math.pi:  # its arcs end at a half turn
             mid = _point(el, 0.5)
-            parts = [("A", el[1], el[2], *mid, el[5], el[6], 0.5 * el[7]),
-                     ("A", *mid, el[3], el[4], el[5], el[6], 0.5 * el[7])]
+            parts = [
+                ("A", el[1], el[2], *mid, el[5], el[6], 0.5 * el[7]),
+                ("A", *mid, el[3], el[4], el[5], el[6], 0.5 * el[7]),
+            ]
         for p in parts:
             x.append(p[1])
             y.append(p[2])
@@ -86,8 +90,7 @@ def cavalier_job(module, shape, side, radius):
 
 def cavalier_paths(module, shape, side, radius):
     """[(elements, signed area)] of cavalier_contours for a closed shape of oracle tuples."""
-    return [(p.vertex_count(), p.get_area())
-            for p in cavalier_job(module, shape, side, radius)()]
+    return [(p.vertex_count(), p.get_area()) for p in cavalier_job(module, shape, side, radius)()]
 
 
 def _point(el, t):
@@ -96,7 +99,7 @@ def _point(el, t):
     return el[5] + r * math.cos(angle), el[6] + r * math.sin(angle)
 
 
-CLIPPER_UNIT = 1e6                            # its whole numbers per mm
+CLIPPER_UNIT = 1e6  # its whole numbers per mm
 
 
 def clipper_job(module, shape, side, radius, chord=5e-4):
@@ -118,16 +121,25 @@ def clipper_job(module, shape, side, radius, chord=5e-4):
         offset = module.PyclipperOffset(2.0, chord * CLIPPER_UNIT)
         offset.AddPath(whole, module.JT_ROUND, module.ET_CLOSEDPOLYGON)
         return offset.Execute(outward * radius * CLIPPER_UNIT)
+
     return work, ccw
 
 
 def clipper_area(module, shape, side, radius):
     """Signed area of the offset of the shape in chords."""
     work, ccw = clipper_job(module, shape, side, radius)
-    area = sum(module.Area(p) for p in work()) / CLIPPER_UNIT ** 2
+    area = sum(module.Area(p) for p in work()) / CLIPPER_UNIT**2
     return area if ccw else -area
 
 
 def perimeter(shape):
-    return float(np.sum([math.hypot(el[3] - el[1], el[4] - el[2]) if el[0] == "L" else
-                         math.hypot(el[1] - el[5], el[2] - el[6]) * abs(el[7]) for el in shape]))
+    return float(
+        np.sum(
+            [
+                math.hypot(el[3] - el[1], el[4] - el[2])
+                if el[0] == "L"
+                else math.hypot(el[1] - el[5], el[2] - el[6]) * abs(el[7])
+                for el in shape
+            ]
+        )
+    )

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The largest mean over 1 s of what a program's tools cut sideways at its own F, found apart from the product.
 
-Called by tests/setup.  The path is that of the preview's interpreter (canon.py), the clock a motion profile of its own (nodes a tenth of a
-millimetre apart, forward and backward), the removal that of the judge of machine runs (judge.c: exact chords and steps of 0.03 mm, no height map).
-mm, s, mm3/min.
+Called by tests/setup.  The path is that of the preview's interpreter (canon.py), the clock a motion profile of its own
+(nodes a tenth of a millimetre apart, forward and backward), the removal that of the judge of machine runs (judge.c:
+exact chords and steps of 0.03 mm, no height map).  mm, s, mm3/min.
 """
 
 import cmath
@@ -14,14 +14,14 @@ import numpy as np
 
 from support import judge as judging
 
-NODE = 0.1              # mm
-PERIOD = 0.004          # s between rows
-ACCEL, SPEED = 500.0, 100.0     # mm/s2, mm/s: configs/mill.ini
-ROUNDED = 0.01          # mm: a corner is cut by so much
-FALL = 1e-4             # of the length: going down
+NODE = 0.1  # mm
+PERIOD = 0.004  # s between rows
+ACCEL, SPEED = 500.0, 100.0  # mm/s2, mm/s: configs/mill.ini
+ROUNDED = 0.01  # mm: a corner is cut by so much
+FALL = 1e-4  # of the length: going down
 WINDOW_S = 1.0
-AIR_S = 0.1             # a pause in the cutting longer than this is air
-LEAST = 1e-4            # mm2
+AIR_S = 0.1  # a pause in the cutting longer than this is air
+LEAST = 1e-4  # mm2
 
 
 def nodes_of(element):
@@ -48,7 +48,8 @@ def called_tools(text):
 
 
 def profile(points, speed, stops):
-    """Seconds at each node: the highest speeds that bends, stops and the acceleration allow.  speed (n,): of the step that ends at a node."""
+    """Seconds at each node: the highest speeds that bends, stops and the acceleration allow.  speed (n,): of the step
+    that ends at a node."""
     step = np.diff(points, axis=0)
     length = np.maximum(np.linalg.norm(step, axis=1), 1e-9)
     unit = step / length[:, None]
@@ -65,13 +66,21 @@ def profile(points, speed, stops):
     now = np.array(now)
     top = np.minimum(speed[1:], np.sqrt((now[:-1] ** 2 + now[1:] ** 2) / 2 + ACCEL * length))
     ramps = (2 * top - now[:-1] - now[1:]) / ACCEL
-    rest = length - (2 * top ** 2 - now[:-1] ** 2 - now[1:] ** 2) / (2 * ACCEL)
+    rest = length - (2 * top**2 - now[:-1] ** 2 - now[1:] ** 2) / (2 * ACCEL)
     return np.concatenate(([0.0], np.cumsum(ramps + rest / top)))
 
 
 def rows_of(trace, text):
     """(log for judge.Run, tool at each row, whether each row goes down) at every PERIOD."""
-    tools, points, speed, line, kind, down, stops = called_tools(text), [np.array(trace.elements[0].a)[None]], [0.0], [0], [1], [False], []
+    tools, points, speed, line, kind, down, stops = (
+        called_tools(text),
+        [np.array(trace.elements[0].a)[None]],
+        [0.0],
+        [0],
+        [1],
+        [False],
+        [],
+    )
     for element, feed, number in zip(trace.elements, trace.feeds, trace.lines):
         part = nodes_of(element)
         if np.linalg.norm(part[-1] - points[-1][-1]) < 1e-9 and element.kind != "arc":
@@ -91,8 +100,17 @@ def rows_of(trace, text):
     node = np.minimum(np.searchsorted(clock, times, side="left"), len(clock) - 1)
     x, y, z = (np.interp(times, clock, points[:, k]) for k in range(3))
     lines = np.array(line)[node]
-    log = {"period": PERIOD, "units_per_mm": 1.0, "sample": np.arange(len(times)), "x": x, "y": y, "z": z, "tool_offset_z": np.zeros(len(times)),
-           "motion_type": np.array(kind)[node], "line": lines}
+    log = {
+        "period": PERIOD,
+        "units_per_mm": 1.0,
+        "sample": np.arange(len(times)),
+        "x": x,
+        "y": y,
+        "z": z,
+        "tool_offset_z": np.zeros(len(times)),
+        "motion_type": np.array(kind)[node],
+        "line": lines,
+    }
     return log, np.array(tools)[lines], np.array(down)[node]
 
 
@@ -111,7 +129,7 @@ def largest_means(trace, text, blank, tools, cell=0.03):
         cuts = np.flatnonzero(mine & (gone > LEAST * moved))
         near = np.zeros(len(gone), bool)
         for a, b in zip(cuts[:-1], cuts[1:]):
-            near[a:b + 1 if (b - a) * PERIOD <= AIR_S else a + 1] = True
+            near[a : b + 1 if (b - a) * PERIOD <= AIR_S else a + 1] = True
         near[cuts] = True
         work = gone[near & mine & ~down]
         if work.sum() < 0.01 * gone[mine].sum() or not len(work):

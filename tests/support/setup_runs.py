@@ -14,7 +14,10 @@ def chipwise_setup(folder, text, *options, machine=None, name="part.ngc", enviro
     if text is not None:
         path.write_text(text)
     result.unlink(missing_ok=True)
-    done = forked.run([CHIPWISE, "setup", str(path), "--json", str(result), *(["--ini", str(machine)] if machine else []), *options], timeout=300,
-                      env={**os.environ, **(environment or {})})
+    done = forked.run(
+        [CHIPWISE, "setup", str(path), "--json", str(result), *(["--ini", str(machine)] if machine else []), *options],
+        timeout=300,
+        env={**os.environ, **(environment or {})},
+    )
     assert "Traceback" not in done.stdout + done.stderr
     return done.returncode, done.stdout, done.stderr, json.loads(result.read_text()) if result.exists() else None

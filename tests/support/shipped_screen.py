@@ -3,6 +3,7 @@
 
 python3-xlib comes with LinuxCNC's package.
 """
+
 import os
 import struct
 import subprocess
@@ -14,17 +15,33 @@ from Xlib.error import XError
 from Xlib.ext import xtest
 
 WIDTH, HEIGHT = 1280, 1024
-SETTLE_S = 0.15             # between two events, as from a person
+SETTLE_S = 0.15  # between two events, as from a person
 
 
 def start_x():
     """-> the name of a new display, which everybody may use."""
     reading, writing = os.pipe()
-    subprocess.Popen(['Xvfb', '-displayfd', str(writing), '-screen', '0', f'{WIDTH}x{HEIGHT}x24', '-nolisten', 'tcp', '-ac', '-noreset'],
-                     pass_fds=[writing], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    subprocess.Popen(
+        [
+            "Xvfb",
+            "-displayfd",
+            str(writing),
+            "-screen",
+            "0",
+            f"{WIDTH}x{HEIGHT}x24",
+            "-nolisten",
+            "tcp",
+            "-ac",
+            "-noreset",
+        ],
+        pass_fds=[writing],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
     os.close(writing)
     with os.fdopen(reading) as pipe:
-        return ':' + pipe.readline().strip()
+        return ":" + pipe.readline().strip()
 
 
 class Keys:
@@ -49,10 +66,10 @@ class Keys:
 
     def type(self, text):
         """Letters, digits and a few signs."""
-        names = {'/': 'slash', '.': 'period', '-': 'minus', '_': 'underscore', ' ': 'space'}
+        names = {"/": "slash", ".": "period", "-": "minus", "_": "underscore", " ": "space"}
         for sign in text:
             name = names.get(sign, sign)
-            self.press(name, *(['Shift_L'] if sign.isupper() or sign == '_' else []))
+            self.press(name, *(["Shift_L"] if sign.isupper() or sign == "_" else []))
 
     def point(self, x, y):
         self._event(X.MotionNotify, x=x, y=y)
@@ -74,7 +91,7 @@ class Keys:
                         if each.get_wm_name():
                             place = window.get_geometry()
                             found[str(each.get_wm_name())] = (place.x, place.y, place.width, place.height)
-            except XError:              # gone meanwhile
+            except XError:  # gone meanwhile
                 continue
         return found
 
@@ -90,18 +107,23 @@ class Keys:
 def picture(name, path):
     """A PNG of the display."""
     screen = display.Display(name)
-    image = screen.screen().root.get_image(0, 0, WIDTH, HEIGHT, X.ZPixmap, 0xffffffff)
+    image = screen.screen().root.get_image(0, 0, WIDTH, HEIGHT, X.ZPixmap, 0xFFFFFFFF)
     screen.close()
-    pixels = image.data if isinstance(image.data, bytes) else image.data.encode('latin-1')
+    pixels = image.data if isinstance(image.data, bytes) else image.data.encode("latin-1")
     rows = []
     for y in range(HEIGHT):
-        row = pixels[4 * WIDTH * y:4 * WIDTH * (y + 1)]
+        row = pixels[4 * WIDTH * y : 4 * WIDTH * (y + 1)]
         rgb = bytearray(3 * WIDTH)
         rgb[0::3], rgb[1::3], rgb[2::3] = row[2::4], row[1::4], row[0::4]
-        rows.append(b'\0' + bytes(rgb))
+        rows.append(b"\0" + bytes(rgb))
 
     def chunk(kind, data):
-        return struct.pack('>I', len(data)) + kind + data + struct.pack('>I', zlib.crc32(kind + data))
-    with open(path, 'wb') as file:
-        file.write(b'\x89PNG\r\n\x1a\n' + chunk(b'IHDR', struct.pack('>IIBBBBB', WIDTH, HEIGHT, 8, 2, 0, 0, 0))
-                   + chunk(b'IDAT', zlib.compress(b''.join(rows), 6)) + chunk(b'IEND', b''))
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    with open(path, "wb") as file:
+        file.write(
+            b"\x89PNG\r\n\x1a\n"
+            + chunk(b"IHDR", struct.pack(">IIBBBBB", WIDTH, HEIGHT, 8, 2, 0, 0, 0))
+            + chunk(b"IDAT", zlib.compress(b"".join(rows), 6))
+            + chunk(b"IEND", b"")
+        )

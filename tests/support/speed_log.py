@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The servo-rate log of a run as path, speed and kind of motion.  Called by bench/bench_time.py, bench/bench_claims.py
 and test_fine_model.py."""
+
 import numpy as np
 
-KEEP_MM = 0.05              # the path is judged in steps of this
-TURN = 0.03                 # rad, and wherever it turns by more
+KEEP_MM = 0.05  # the path is judged in steps of this
+TURN = 0.03  # rad, and wherever it turns by more
 FEEDS = (2, 3)
 
 
@@ -30,7 +31,7 @@ class Log:
 
     def places(self):
         """Rows in steps of KEEP_MM, and where the path turns, turns back or the kind of motion changes."""
-        keep, heading, before = [0], np.zeros(3), 0         # `before`: the last row that moved
+        keep, heading, before = [0], np.zeros(3), 0  # `before`: the last row that moved
         for i in range(1, len(self.toolpath)):
             own = self.tips[i] - self.tips[before]
             if not own.any():

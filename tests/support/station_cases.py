@@ -14,9 +14,13 @@ def rotation(r):
     """A random rotation by quaternions, uniform in space."""
     q = np.array([r.gauss(0, 1) for _ in range(4)])
     w, x, y, z = q / np.linalg.norm(q)
-    return np.array([[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-                     [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-                     [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]])
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
 
 
 def local_points(r, more):
@@ -29,7 +33,7 @@ def local_points(r, more):
 
 def case(seed):
     """(matrix, origin, local points, points of the machine)."""
-    r = random.Random(f'station {seed}')
+    r = random.Random(f"station {seed}")
     matrix, origin = rotation(r), np.array([r.uniform(-900, 900) for _ in range(3)])
     local = local_points(r, r.choice((0, 0, 1, 4)))
     return matrix, origin, local, {number: tuple(matrix @ np.array(p, float) + origin) for number, p in local.items()}
@@ -40,10 +44,10 @@ def off(found, matrix, origin, place):
 
 
 def shares_of_bound(seed, noise, tries=30):
-    """How far three places, up to 300 mm away along each axis, are off when every point is off by `noise` (mm) in a direction of its own, over
-    the bound that is predicted: a list."""
+    """How far three places, up to 300 mm away along each axis, are off when every point is off by `noise` (mm) in a
+    direction of its own, over the bound that is predicted: a list."""
     matrix, origin, _local, points = case(seed)
-    r, shares = random.Random(f'noise {seed}'), []
+    r, shares = random.Random(f"noise {seed}"), []
     places = [np.array([r.uniform(-300, 300) for _ in range(3)]) for _ in range(3)]
     bounds = [frame_of(points).predicted_error(place, noise) for place in places]
     for _ in range(tries):
@@ -54,6 +58,6 @@ def shares_of_bound(seed, noise, tries=30):
         try:
             found = frame_of(moved)
         except CycleError:
-            continue                    # the points are near a limit
+            continue  # the points are near a limit
         shares += [off(found, matrix, origin, place) / bound for place, bound in zip(places, bounds)]
     return shares

@@ -8,6 +8,7 @@ before, and the true area at every step.  The truth of a tool that is not flat i
 integral of (n . d)+ over the reference tool's surface, summed here point by point in plan
 coordinates; it knows nothing of bands or of a map.
 """
+
 from __future__ import annotations
 
 import functools
@@ -19,7 +20,7 @@ import numpy as np
 from chipwise.clib import core
 from support.reference_stock import ReferenceTool
 
-STEP = 0.05                     # mm, of a servo period at 50 mm/s
+STEP = 0.05  # mm, of a servo period at 50 mm/s
 LOW, HIGH = (-32.0, -32.0, -8.0), (32.0, 32.0, 0.0)
 DIRECTIONS = (0, 17, 31, 45, 73)
 FLAT, BALL, BULL = (6.0, 0.0, 0.0), (6.0, 3.0, 0.0), (10.0, 2.0, 0.0)
@@ -30,12 +31,12 @@ DEPTH = {"flat": 2.0, "ball": 3.0, "bull": 3.0}
 @dataclass
 class Case:
     name: str
-    kind: str                   # slot, side, ramp, plunge, arc, chain
-    tool: tuple                 # diameter, corner, tip angle
-    path: np.ndarray            # (n, 3) mm
-    area: object                # function -> true area of the step that ends there, (n,) or one for all, mm2
-    steady: np.ndarray          # (n,) bool: the truth holds
-    before: list = field(default_factory=list)      # paths (n, 3) cut before
+    kind: str  # slot, side, ramp, plunge, arc, chain
+    tool: tuple  # diameter, corner, tip angle
+    path: np.ndarray  # (n, 3) mm
+    area: object  # function -> true area of the step that ends there, (n,) or one for all, mm2
+    steady: np.ndarray  # (n,) bool: the truth holds
+    before: list = field(default_factory=list)  # paths (n, 3) cut before
 
     @functools.cached_property
     def truth(self):
@@ -67,8 +68,7 @@ def side_area(tool, depth, width):
     u = (np.arange(20000) + 0.5) / 20000.0 * 2.0 * reference.radius - reference.radius
     height = reference.surface(np.abs(u))
     beside = np.abs(u + width)
-    left = np.where(beside <= reference.radius,
-                    reference.surface(np.minimum(beside, reference.radius)), np.inf)
+    left = np.where(beside <= reference.radius, reference.surface(np.minimum(beside, reference.radius)), np.inf)
     left = np.minimum(left, depth)
     return float(np.maximum(0.0, left - height).sum() * 2.0 * reference.radius / u.size)
 
@@ -102,8 +102,7 @@ def slots():
     for name, tool in TOOLS.items():
         area = _full_area(name)
         for angle in DIRECTIONS:
-            yield _case(f"slot {name} {angle} deg", "slot", tool,
-                        _straight(angle, 20, -DEPTH[name]), area, 6)
+            yield _case(f"slot {name} {angle} deg", "slot", tool, _straight(angle, 20, -DEPTH[name]), area, 6)
 
 
 def sides(parts=(10, 25, 50, 75, 90)):
@@ -112,9 +111,15 @@ def sides(parts=(10, 25, 50, 75, 90)):
             width = tool[0] * part / 100.0
             for angle in DIRECTIONS:
                 area = functools.partial(side_area, tool, DEPTH[name], width)
-                yield _case(f"side {name} {part} % {angle} deg", "side", tool,
-                            _straight(angle, 22, -DEPTH[name], width), area, 8,
-                            [_straight(angle, 40, -DEPTH[name])])
+                yield _case(
+                    f"side {name} {part} % {angle} deg",
+                    "side",
+                    tool,
+                    _straight(angle, 22, -DEPTH[name], width),
+                    area,
+                    8,
+                    [_straight(angle, 40, -DEPTH[name])],
+                )
 
 
 def ramps():
@@ -144,7 +149,7 @@ def _plunge_area(tool, z):
     r = np.linspace(0, reference.radius, 4001)
     g = reference.surface(r)
     reach = np.array([r[g <= -level + 1e-12].max(initial=0.0) for level in z])
-    return math.pi * reach ** 2
+    return math.pi * reach**2
 
 
 def _arc(radius, turns, z, step=STEP, start=0.3):
@@ -160,13 +165,18 @@ def arcs():
         area = _full_area(name)
         for times in (1, 1.5, 2, 3, 5, 8):
             radius = times * tool[0] / 2.0
-            yield _case(f"arc {name} {times:g} R", "arc", tool,
-                        _arc(radius, 0.45, -DEPTH[name]), area, min(6.0, 0.3 * radius * math.pi))
-        for times in (12, 20):          # too large for a full view: a piece through the middle
+            yield _case(
+                f"arc {name} {times:g} R",
+                "arc",
+                tool,
+                _arc(radius, 0.45, -DEPTH[name]),
+                area,
+                min(6.0, 0.3 * radius * math.pi),
+            )
+        for times in (12, 20):  # too large for a full view: a piece through the middle
             radius = times * tool[0] / 2.0
             path = _arc(radius, 30.0 / (2 * math.pi * radius), -DEPTH[name])
-            yield _case(f"arc {name} {times:g} R", "arc", tool,
-                        path - [*path[:, :2].mean(axis=0), 0.0], area, 6)
+            yield _case(f"arc {name} {times:g} R", "arc", tool, path - [*path[:, :2].mean(axis=0), 0.0], area, 6)
 
 
 def chains():

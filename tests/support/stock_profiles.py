@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Straight passes beside and above each other, whose section area is the area between two profiles.
 
-Who calls it: tests/core/test_profiles.py, bench/bench_accuracy.py.  All passes of a case go along one line through the whole
-block, so what a pass takes per mm is the area, seen along the line, between what the passes before have left and the tool's own
-outline.  Both come from the reference tool (an inside-test of the solid); nothing here knows of cells, bands or a map.
-Lengths mm, areas mm2.
+Who calls it: tests/core/test_profiles.py, bench/bench_accuracy.py.  All passes of a case go along one line through the
+whole block, so what a pass takes per mm is the area, seen along the line, between what the passes before have left and
+the tool's own outline.  Both come from the reference tool (an inside-test of the solid); nothing here knows of cells,
+bands or a map.  Lengths mm, areas mm2.
 """
+
 from __future__ import annotations
 
 import functools
@@ -18,23 +19,23 @@ from chipwise.clib import core
 from support.reference_stock import ReferenceTool
 
 LOW, HIGH = (-45.03, -45.07, -26.0), (45.06, 45.02, 0.0)
-STEP = 0.05                     # mm, of a servo period at 50 mm/s
-STEADY = 10.0                   # mm read, from the middle on
+STEP = 0.05  # mm, of a servo period at 50 mm/s
+STEADY = 10.0  # mm read, from the middle on
 DIRECTIONS = (0.0, 31.0, 73.0)
 
 
 @dataclass(frozen=True)
 class Pass:
-    tool: tuple                 # diameter, corner, tip angle
-    offset: float               # mm to the left of the line
-    depth: float                # mm of the tip
+    tool: tuple  # diameter, corner, tip angle
+    offset: float  # mm to the left of the line
+    depth: float  # mm of the tip
 
 
 @dataclass(frozen=True)
 class Case:
     name: str
-    kind: str                   # deeper, beside, steps, stairs
-    before: tuple               # of Pass
+    kind: str  # deeper, beside, steps, stairs
+    before: tuple  # of Pass
     now: Pass
 
 
@@ -62,12 +63,30 @@ def truth(case):
     return float(np.maximum(0.0, left_by(case.before, y) - left_by((case.now,), y)).sum() * 2.0 * radius / y.size)
 
 
-FLAT, BALL, BULL, VEE60, VEE90, TAPER = ((6.0, 0.0, 0.0), (6.0, 3.0, 0.0), (10.0, 2.0, 0.0), (8.0, 0.0, 60.0), (8.0, 0.0, 90.0),
-                                         (6.0, 0.5, 20.0))
-TOOLS = {"flat D1": (1.0, 0.0, 0.0), "flat D6": FLAT, "flat D25": (25.0, 0.0, 0.0), "ball D3.175": (3.175, 1.5875, 0.0),
-         "ball D6": BALL, "ball D16": (16.0, 8.0, 0.0), "bull D10": BULL, "bull D25": (25.0, 3.0, 0.0),
-         "vee 30": (6.0, 0.0, 30.0), "vee 60": VEE60, "vee 90": VEE90, "vee 120": (12.0, 0.0, 120.0),
-         "taper D6": TAPER, "taper D8": (8.0, 1.0, 15.0)}
+FLAT, BALL, BULL, VEE60, VEE90, TAPER = (
+    (6.0, 0.0, 0.0),
+    (6.0, 3.0, 0.0),
+    (10.0, 2.0, 0.0),
+    (8.0, 0.0, 60.0),
+    (8.0, 0.0, 90.0),
+    (6.0, 0.5, 20.0),
+)
+TOOLS = {
+    "flat D1": (1.0, 0.0, 0.0),
+    "flat D6": FLAT,
+    "flat D25": (25.0, 0.0, 0.0),
+    "ball D3.175": (3.175, 1.5875, 0.0),
+    "ball D6": BALL,
+    "ball D16": (16.0, 8.0, 0.0),
+    "bull D10": BULL,
+    "bull D25": (25.0, 3.0, 0.0),
+    "vee 30": (6.0, 0.0, 30.0),
+    "vee 60": VEE60,
+    "vee 90": VEE90,
+    "vee 120": (12.0, 0.0, 120.0),
+    "taper D6": TAPER,
+    "taper D8": (8.0, 1.0, 15.0),
+}
 DEPTH = {"flat D1": 0.5, "ball D3.175": 1.5, "vee 30": 4.0, "vee 120": 2.5, "taper D6": 3.0, "taper D8": 4.0}
 
 
@@ -76,8 +95,12 @@ def deeper():
     for name, tool in TOOLS.items():
         step = DEPTH.get(name, 2.0)
         for level in (2, 3):
-            yield Case(f"{name}, depth {level}", "deeper", tuple(Pass(tool, 0.0, step * n) for n in range(1, level)),
-                       Pass(tool, 0.0, step * level))
+            yield Case(
+                f"{name}, depth {level}",
+                "deeper",
+                tuple(Pass(tool, 0.0, step * n) for n in range(1, level)),
+                Pass(tool, 0.0, step * level),
+            )
 
 
 def beside():
@@ -87,7 +110,9 @@ def beside():
         r = np.linspace(0.0, tool[0] / 2.0, 4001)
         width = 2.0 * float(r[reference_tool(tool).surface(r) <= depth].max())
         for part in (15, 40, 70):
-            yield Case(f"{name}, {part} % beside", "beside", (Pass(tool, 0.0, depth),), Pass(tool, width * part / 100.0, depth))
+            yield Case(
+                f"{name}, {part} % beside", "beside", (Pass(tool, 0.0, depth),), Pass(tool, width * part / 100.0, depth)
+            )
 
 
 def steps():
@@ -103,10 +128,18 @@ def stairs():
     """Second and third depth beside a wall, and beside what another tool has left."""
     for name, tool in TOOLS.items():
         d, t = tool[0], DEPTH.get(name, 2.0)
-        yield Case(f"{name}, second depth beside a slot", "stairs",
-                   (Pass(tool, 0.0, t), Pass(tool, 0.3 * d, t), Pass(tool, 0.0, 2 * t)), Pass(tool, 0.3 * d, 2 * t))
-        yield Case(f"{name}, along a step of another tool", "stairs",
-                   (Pass((10.0, 0.0, 0.0), -5.0, t),), Pass(tool, 0.11 * d, 1.5 * t))
+        yield Case(
+            f"{name}, second depth beside a slot",
+            "stairs",
+            (Pass(tool, 0.0, t), Pass(tool, 0.3 * d, t), Pass(tool, 0.0, 2 * t)),
+            Pass(tool, 0.3 * d, 2 * t),
+        )
+        yield Case(
+            f"{name}, along a step of another tool",
+            "stairs",
+            (Pass((10.0, 0.0, 0.0), -5.0, t),),
+            Pass(tool, 0.11 * d, 1.5 * t),
+        )
 
 
 def cases():

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Ten programs in CAM styles that foreign.py has not: outlines, trochoids, holes, plunges and chains of short lines.  Called by foreign_styles.py."""
+"""Ten programs in CAM styles that foreign.py has not: outlines, trochoids, holes, plunges and chains of short lines.
+Called by foreign_styles.py."""
 
 import math
 
@@ -8,7 +9,8 @@ from support.judge import Tool
 
 
 def begin(rng, post, size, tools, path="G64 P0.02", feed=1200, **job_words):
-    """(Post, Job) with the first of the tools {number: Tool} in and the tool CLEAR above the blank; `post`: words of Post."""
+    """(Post, Job) with the first of the tools {number: Tool} in and the tool CLEAR above the blank; `post`: words of
+    Post."""
     p = Post(rng, **post)
     job = Job(rng, p, size, **job_words)
     job.offset = (job.offset[0] + 25.0, job.offset[1] + 25.0, job.offset[2])
@@ -67,10 +69,12 @@ def ramp_contour(rng):
     p.line(x=low, y=low + r)
     z = 0.2
     for _turn in range(3):
-        for x, y, cx, cy, to_x, to_y in ((low, high[1] - r, low + r, high[1] - r, low + r, high[1]),
-                                         (high[0] - r, high[1], high[0] - r, high[1] - r, high[0], high[1] - r),
-                                         (high[0], low + r, high[0] - r, low + r, high[0] - r, low),
-                                         (low + r, low, low + r, low + r, low, low + r)):
+        for x, y, cx, cy, to_x, to_y in (
+            (low, high[1] - r, low + r, high[1] - r, low + r, high[1]),
+            (high[0] - r, high[1], high[0] - r, high[1] - r, high[0], high[1] - r),
+            (high[0], low + r, high[0] - r, low + r, high[0] - r, low),
+            (low + r, low, low + r, low + r, low, low + r),
+        ):
             z -= 0.35
             p.line(x=x, y=y, z=z)
             z -= 0.08
@@ -82,7 +86,9 @@ def ramp_contour(rng):
 
 def r_word_profile(rng):
     """Inch: a rounded plate in three levels, arcs with R words, no spaces."""
-    p, job = begin(rng, {"inch": True, "spaced": False}, (number(rng, 34, 40), number(rng, 26, 30), 9.9), {6: Tool(6.35)}, "G61")
+    p, job = begin(
+        rng, {"inch": True, "spaced": False}, (number(rng, 34, 40), number(rng, 26, 30), 9.9), {6: Tool(6.35)}, "G61"
+    )
     job.stock(rng.uniform(60, 90), 3600)
     r, v = 6.0, p.value
     x1, y1 = job.size[0] - 1.5, job.size[1] - 1.9
@@ -91,7 +97,12 @@ def r_word_profile(rng):
         p.rapid(z=z)
         p.line(x=1.2, y=r, feed=900)
         p.line(y=y1 - r)
-        for x, y, to_x, to_y in ((1.2 + r, y1, x1 - r, y1), (x1, y1 - r, x1, 1.7 + r), (x1 - r, 1.7, 1.2 + r, 1.7), (1.2, 1.7 + r, -6.0, r + 1.7)):
+        for x, y, to_x, to_y in (
+            (1.2 + r, y1, x1 - r, y1),
+            (x1, y1 - r, x1, 1.7 + r),
+            (x1 - r, 1.7, 1.2 + r, 1.7),
+            (1.2, 1.7 + r, -6.0, r + 1.7),
+        ):
             p.raw(f"G2 X{v(x)} Y{v(y)} R{v(r)}", f"G1 X{v(to_x)} Y{v(to_y)}")
         p.motion, p.at = None, {"z": z}
         p.rapid(z=CLEAR)
@@ -118,7 +129,14 @@ def incremental_steps(rng):
 
 def polyline_rings(rng):
     """Rings as polygons of 0.3 mm lines, from the outside to the inside, in two levels, linked by lines."""
-    p, job = begin(rng, {"decimals": 4}, (number(rng, 34, 38), number(rng, 34, 38), 9.1), {1: Tool(6.0)}, "G64 P0.01 Q0.005", origin="centre")
+    p, job = begin(
+        rng,
+        {"decimals": 4},
+        (number(rng, 34, 38), number(rng, 34, 38), 9.1),
+        {1: Tool(6.0)},
+        "G64 P0.01 Q0.005",
+        origin="centre",
+    )
     job.stock(rng.uniform(50, 70), 3000)
     for level in (-1.9, -3.7):
         down(p, 11.3, 0.0, level)
@@ -170,8 +188,16 @@ def bored_holes(rng):
 
 
 def offset_polygons(rng):
-    """A pocket of five corners by offsets from the inside to the outside, lines only, each ring begun where the last one ends."""
-    p, job = begin(rng, {"decimals": 4, "modal": False}, (number(rng, 40, 46), number(rng, 40, 46), 9.5), {2: Tool(4.0)}, "G64 P0.05", origin="centre")
+    """A pocket of five corners by offsets from the inside to the outside, lines only, each ring begun where the last
+    one ends."""
+    p, job = begin(
+        rng,
+        {"decimals": 4, "modal": False},
+        (number(rng, 40, 46), number(rng, 40, 46), 9.5),
+        {2: Tool(4.0)},
+        "G64 P0.05",
+        origin="centre",
+    )
     job.stock(rng.uniform(28, 44), 3300)
     turn, corners = rng.uniform(0, 1), 5
     points = [(turn + 2 * math.pi * k / corners, rng.uniform(0.8, 1.1)) for k in range(corners)]
@@ -185,7 +211,9 @@ def offset_polygons(rng):
 
 def small_bends(rng):
     """A chain of 1 to 3 mm lines that bend by a few degrees, out and back with half the tool's width, G64 P0.1."""
-    p, job = begin(rng, {"numbers": 2, "decimals": 4}, (number(rng, 58, 64), number(rng, 34, 38), 9.2), {9: Tool(6.0)}, "G64 P0.1")
+    p, job = begin(
+        rng, {"numbers": 2, "decimals": 4}, (number(rng, 58, 64), number(rng, 34, 38), 9.2), {9: Tool(6.0)}, "G64 P0.1"
+    )
     job.stock(rng.uniform(48, 72), 4200)
     points, angle, x, y = [], 0.0, -6.0, 0.5 * job.size[1]
     while x < job.size[0] - 8.0:
@@ -205,7 +233,13 @@ def small_bends(rng):
 
 def slot_over_holes(rng):
     """Holes pecked by G83, then slots across them and beside them: stock that comes and goes."""
-    p, job = begin(rng, {"numbers": 10}, (number(rng, 52, 56), number(rng, 24, 28), 11.2), {11: Tool(7.0, 0.0, 118.0), 12: Tool(6.0)}, "G64 P0.02")
+    p, job = begin(
+        rng,
+        {"numbers": 10},
+        (number(rng, 52, 56), number(rng, 24, 28), 11.2),
+        {11: Tool(7.0, 0.0, 118.0), 12: Tool(6.0)},
+        "G64 P0.02",
+    )
     job.stock(rng.uniform(45, 65), 1800)
     y = 0.5 * job.size[1] + 0.23
     xs = [6.2 + rng.uniform(8.3, 9.1) * k for k in range(5)]
@@ -223,5 +257,15 @@ def slot_over_holes(rng):
     return job.finish("slot_over_holes")
 
 
-BUILDERS = (trochoid_slot, ramp_contour, r_word_profile, incremental_steps, polyline_rings, plunge_roughing, bored_holes, offset_polygons, small_bends,
-            slot_over_holes)
+BUILDERS = (
+    trochoid_slot,
+    ramp_contour,
+    r_word_profile,
+    incremental_steps,
+    polyline_rings,
+    plunge_roughing,
+    bored_holes,
+    offset_polygons,
+    small_bends,
+    slot_over_holes,
+)

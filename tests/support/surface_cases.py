@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Models for tests and benchmarks of surfaces: shapes as triangles (n, 3, 3), mm; files of them."""
+
 import struct
 import zlib
 
@@ -11,6 +12,7 @@ from chipwise.surface.model import Placing, read_model
 def model_of(triangles, folder=None, **placing):
     """Triangles -> Model, through a binary STL file."""
     import tempfile
+
     with tempfile.TemporaryDirectory() as scratch:
         return read_model(write_stl(f"{folder or scratch}/model.stl", triangles), Placing(**placing))
 
@@ -32,7 +34,13 @@ def stl_text(triangles):
     """An ASCII STL file."""
     lines = ["solid test"]
     for triangle in np.asarray(triangles, float).reshape(-1, 3, 3):
-        lines += ["facet normal 0 0 1", " outer loop", *(f"  vertex {x:.9g} {y:.9g} {z:.9g}" for x, y, z in triangle), " endloop", "endfacet"]
+        lines += [
+            "facet normal 0 0 1",
+            " outer loop",
+            *(f"  vertex {x:.9g} {y:.9g} {z:.9g}" for x, y, z in triangle),
+            " endloop",
+            "endfacet",
+        ]
     return "\n".join([*lines, "endsolid test", ""]).encode()
 
 
@@ -58,9 +66,13 @@ def png_bytes(values, bits=16, filters=(0,), pixel_mm=None):
         data += bytes([kind]) + ((row - taken) % 256).astype(np.uint8).tobytes()
         before = row
     head = struct.pack(">IIBBBBB", values.shape[1], values.shape[0], bits, 0, 0, 0, 0)
-    sizes = [] if pixel_mm is None else [(b"pHYs", struct.pack(">IIB", round(1000 / pixel_mm), round(1000 / pixel_mm), 1))]
+    sizes = (
+        [] if pixel_mm is None else [(b"pHYs", struct.pack(">IIB", round(1000 / pixel_mm), round(1000 / pixel_mm), 1))]
+    )
     chunks = [(b"IHDR", head), *sizes, (b"IDAT", zlib.compress(data)), (b"IEND", b"")]
-    return b"\x89PNG\r\n\x1a\n" + b"".join(struct.pack(">I", len(c)) + k + c + struct.pack(">I", zlib.crc32(k + c)) for k, c in chunks)
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(c)) + k + c + struct.pack(">I", zlib.crc32(k + c)) for k, c in chunks
+    )
 
 
 def terrain(x, y, z):
@@ -68,7 +80,9 @@ def terrain(x, y, z):
     x, y = np.meshgrid(x, y)
     p = np.stack([x, y, z], axis=2)
     a, b, c, d = p[:-1, :-1], p[:-1, 1:], p[1:, 1:], p[1:, :-1]
-    return np.concatenate([np.stack([a, b, d], axis=2).reshape(-1, 3, 3), np.stack([b, c, d], axis=2).reshape(-1, 3, 3)])
+    return np.concatenate(
+        [np.stack([a, b, d], axis=2).reshape(-1, 3, 3), np.stack([b, c, d], axis=2).reshape(-1, 3, 3)]
+    )
 
 
 def waves(count, size=40.0):
@@ -89,7 +103,9 @@ def sphere(radius, count):
     up, round_ = np.meshgrid(np.linspace(0, np.pi / 2, count // 4 + 1), np.linspace(0, 2 * np.pi, count + 1))
     p = radius * np.stack([np.cos(up) * np.cos(round_), np.cos(up) * np.sin(round_), np.sin(up)], axis=2)
     a, b, c, d = p[:-1, :-1], p[:-1, 1:], p[1:, 1:], p[1:, :-1]
-    return np.concatenate([np.stack([a, b, d], axis=2).reshape(-1, 3, 3), np.stack([b, c, d], axis=2).reshape(-1, 3, 3)])
+    return np.concatenate(
+        [np.stack([a, b, d], axis=2).reshape(-1, 3, 3), np.stack([b, c, d], axis=2).reshape(-1, 3, 3)]
+    )
 
 
 def opencamlib_heights(ocl, triangles, shape, xy, floor):
@@ -98,7 +114,11 @@ def opencamlib_heights(ocl, triangles, shape, xy, floor):
     for triangle in np.asarray(triangles, float):
         surface.addTriangle(ocl.Triangle(*(ocl.Point(*map(float, point)) for point in triangle)))
     diameter = shape.diameter
-    cutter = ocl.BallCutter(diameter, 100.0) if shape.corner_radius >= diameter / 2 else ocl.BullCutter(diameter, shape.corner_radius, 100.0)
+    cutter = (
+        ocl.BallCutter(diameter, 100.0)
+        if shape.corner_radius >= diameter / 2
+        else ocl.BullCutter(diameter, shape.corner_radius, 100.0)
+    )
     work = ocl.BatchDropCutter()
     work.setSTL(surface)
     work.setCutter(cutter)

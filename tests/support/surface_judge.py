@@ -3,6 +3,7 @@
 
 Shares nothing with the package but the moves: the lowest tip comes from drop_oracle.py, the stock is a set of needles.
 """
+
 import ctypes as C
 from functools import lru_cache
 
@@ -12,8 +13,8 @@ from support import ROOT, drop_oracle
 from support.drop_oracle import tool_of
 
 LIBRARY = ROOT / "build" / "tests" / "support" / "surface_judge.so"
-STEP = 0.05             # mm, between the positions of a move that are looked at
-RIDGE = 0.01            # mm that stays on a needle between two of them
+STEP = 0.05  # mm, between the positions of a move that are looked at
+RIDGE = 0.01  # mm that stays on a needle between two of them
 
 
 def between(start, end):
@@ -22,7 +23,8 @@ def between(start, end):
 
 
 def arc(start, end, centre, plane, ccw):
-    """(n, 3) positions along an arc of G18 (seen from +Y: Z to X is counter-clockwise) or G19 (seen from +X: Y to Z)."""
+    """(n, 3) positions along an arc of G18 (seen from +Y: Z to X is counter-clockwise) or G19 (seen from +X: Y to
+    Z)."""
     a, b = {"G18": (2, 0), "G19": (1, 2)}[plane]
     middle = complex(centre[a], centre[b])
     first, last = complex(start[a], start[b]) - middle, complex(end[a], end[b]) - middle
@@ -55,14 +57,20 @@ def positions(moves, start):
 def library():
     found, p = C.CDLL(str(LIBRARY)), C.c_void_p
     found.surface_under.argtypes, found.surface_under.restype = [p, p, C.c_long, p, C.c_long, p], None
-    found.surface_taken.argtypes, found.surface_taken.restype = [p, p, p, C.c_long, p, C.c_long, C.c_long, C.c_int, p], None
+    found.surface_taken.argtypes, found.surface_taken.restype = (
+        [p, p, p, C.c_long, p, C.c_long, C.c_long, C.c_int, p],
+        None,
+    )
     return found
 
 
 def lowest_edge(xy, points, shape):
-    """(n, 2) needles, (m, 3) tips -> (n,): how low the tool's edge has been over each, mm; infinite for one beside all."""
+    """(n, 2) needles, (m, 3) tips -> (n,): how low the tool's edge has been over each, mm; infinite for one beside
+    all."""
     xy, points, under = np.ascontiguousarray(xy, float), np.ascontiguousarray(points, float), np.empty(len(xy))
-    library().surface_under(C.byref(tool_of(shape)), xy.ctypes.data, len(xy), points.ctypes.data, len(points), under.ctypes.data)
+    library().surface_under(
+        C.byref(tool_of(shape)), xy.ctypes.data, len(xy), points.ctypes.data, len(points), under.ctypes.data
+    )
     return under
 
 
@@ -74,15 +82,28 @@ class Needles:
         self.height = np.full(count, float(top))
 
     def taken(self, points, shape, size, cuts):
-        """mm that each bit of a move, `size` positions and the next one, takes off a needle at most; cuts: whether they are lower afterwards."""
-        points, self.xy, self.height = (np.ascontiguousarray(values, float) for values in (points, self.xy, self.height))
+        """mm that each bit of a move, `size` positions and the next one, takes off a needle at most; cuts: whether they
+        are lower afterwards."""
+        points, self.xy, self.height = (
+            np.ascontiguousarray(values, float) for values in (points, self.xy, self.height)
+        )
         found = np.empty(max(1, len(range(0, len(points) - 1, size))))
-        library().surface_taken(C.byref(tool_of(shape)), self.xy.ctypes.data, self.height.ctypes.data, len(self.xy),
-                                points.ctypes.data, len(points), size, cuts, found.ctypes.data)
+        library().surface_taken(
+            C.byref(tool_of(shape)),
+            self.xy.ctypes.data,
+            self.height.ctypes.data,
+            len(self.xy),
+            points.ctypes.data,
+            len(points),
+            size,
+            cuts,
+            found.ctypes.data,
+        )
         return found
 
     def follow(self, moves, start, shape, positions=positions):
-        """Cuts along the feed moves; -> how deep (mm) each rapid is in the stock.  positions: how moves become positions."""
+        """Cuts along the feed moves; -> how deep (mm) each rapid is in the stock.  positions: how moves become
+        positions."""
         depths = []
         for is_rapid, points in positions(moves, start):
             taken = self.taken(points, shape, len(points), not is_rapid)
@@ -92,11 +113,20 @@ class Needles:
 
 
 def gouge_and_rest(moves, start, triangles, shape, floor, count, seed, allowance=0.0):
-    """(deepest, highest): how far below and above the lowest tip `count` random positions of the feed moves in XY are, mm.
-    allowance: left on a model by a ball, which is then a larger ball."""
+    """(deepest, highest): how far below and above the lowest tip `count` random positions of the feed moves in XY are,
+    mm.  allowance: left on a model by a ball, which is then a larger ball."""
     import dataclasses
-    grown = dataclasses.replace(shape, diameter=shape.diameter + 2 * allowance, corner_radius=shape.corner_radius + allowance) if allowance else shape
-    points = np.concatenate([p for is_rapid, p in positions(moves, start) if not is_rapid and np.hypot(*(p[-1] - p[0])[:2]) > 1e-9])
+
+    grown = (
+        dataclasses.replace(
+            shape, diameter=shape.diameter + 2 * allowance, corner_radius=shape.corner_radius + allowance
+        )
+        if allowance
+        else shape
+    )
+    points = np.concatenate(
+        [p for is_rapid, p in positions(moves, start) if not is_rapid and np.hypot(*(p[-1] - p[0])[:2]) > 1e-9]
+    )
     points = points[np.random.default_rng(seed).integers(0, len(points), count)]
     lowest = np.maximum(floor, drop_oracle.all_lowest(triangles, grown, points[:, :2], floor - allowance) + allowance)
     return float((lowest - points[:, 2]).max()), float((points[:, 2] - lowest).max())
@@ -112,11 +142,12 @@ def grid(low, high, top, apart, beyond=0.0):
     return needles
 
 
-AIR_MM, BIT_MM = 1e-4, 0.25       # a bit of a feed move that lowers no needle by more is in air
+AIR_MM, BIT_MM = 1e-4, 0.25  # a bit of a feed move that lowers no needle by more is in air
 
 
 def feed_figures(needles, moves, start, shape):
-    """Cuts the needles along the feed moves -> {feed: (mm in all, mm in air)}, deepest mm that a bit of a move takes off a needle."""
+    """Cuts the needles along the feed moves -> {feed: (mm in all, mm in air)}, deepest mm that a bit of a move takes
+    off a needle."""
     lengths, deepest = {}, 0.0
     for move, (is_rapid, points) in zip(moves, positions(moves, start)):
         if is_rapid:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A file of tool geometry with comments and forms of every kind.  Called by tests/common/test_tool_editor.py and tests/panel/test_panel_tools.py."""
+"""A file of tool geometry with comments and forms of every kind.  Called by tests/common/test_tool_editor.py and
+tests/panel/test_panel_tools.py."""
 
 FILE = """# Tools of the shop, mm
 

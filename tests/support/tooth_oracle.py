@@ -1,19 +1,21 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What the edges of an end mill meet, tooth by tooth, in a stock that is known exactly.
 
-Called by tests/core/test_tooth*.py.  It knows no cells, no bands, no samples and no tooth load: the stock is a box with slots, each the place of
-a disc along a path, and an edge is a point of the tool's circle at one angle of many.  Helix and run-out are 0.  h = fz cos(angle from the
-heading), F = kc11 b h^(1 - mc) along the edge's path, and RADIAL of it away from the stock.
+Called by tests/core/test_tooth*.py.  It knows no cells, no bands, no samples and no tooth load: the stock is a box with
+slots, each the place of a disc along a path, and an edge is a point of the tool's circle at one angle of many.  Helix
+and run-out are 0.  h = fz cos(angle from the heading), F = kc11 b h^(1 - mc) along the edge's path, and RADIAL of it
+away from the stock.
 """
+
 import math
 
 import numpy as np
 
 from chipwise.clib import core, layout
 
-PERIOD, ACCEL = 0.001, 500.0        # s, mm/s2
+PERIOD, ACCEL = 0.001, 500.0  # s, mm/s2
 ANGLES = np.radians(np.arange(-90.0, 90.01, 0.5))
-RADIAL = 0.3        # Tlusty and MacNeil 1975
+RADIAL = 0.3  # Tlusty and MacNeil 1975
 
 
 class Plane:
@@ -27,9 +29,11 @@ class Plane:
 
     def height(self, points, z):
         """Stock above z at points (n, 2), mm."""
-        top = np.where((np.abs(points[:, 1]) <= 60.0) & (points[:, 0] >= -60.0) & (points[:, 0] <= self.right), 0.0, -1e9)
+        top = np.where(
+            (np.abs(points[:, 1]) <= 60.0) & (points[:, 0] >= -60.0) & (points[:, 0] <= self.right), 0.0, -1e9
+        )
         for path, radius, depth in self.cuts:
-            a, ab = path[:-1, :, None], np.diff(path, axis=0)[:, :, None]               # (segments, 2, 1)
+            a, ab = path[:-1, :, None], np.diff(path, axis=0)[:, :, None]  # (segments, 2, 1)
             off = points.T[None] - a
             t = np.clip(np.sum(off * ab, axis=1) / np.maximum(np.sum(ab * ab, axis=1), 1e-12), 0.0, 1.0)
             near = np.min(np.hypot(*np.moveaxis(off - t[:, None] * ab, 1, 0)), axis=0)
@@ -46,17 +50,17 @@ def chip_and_torque(depth, radius, per_tooth, flutes, kc11, mc):
     """Largest chip, mm, and the mean torque of a revolution, Nm, of depths at ANGLES and a feed per tooth."""
     chip = per_tooth * np.cos(ANGLES)
     touched = depth > 1e-6
-    force = kc11 * depth * np.clip(chip, 0.0, None) ** (1.0 - mc)                    # N of an edge at that angle
-    mean = flutes * float(np.sum(force)) * (ANGLES[1] - ANGLES[0]) / (2.0 * math.pi)     # of all edges, at any moment
+    force = kc11 * depth * np.clip(chip, 0.0, None) ** (1.0 - mc)  # N of an edge at that angle
+    mean = flutes * float(np.sum(force)) * (ANGLES[1] - ANGLES[0]) / (2.0 * math.pi)  # of all edges, at any moment
     return float(chip[touched].max()) if touched.any() else 0.0, mean * radius / 1000.0
 
 
 def side_force(depth, per_tooth, flutes, kc11, mc):
-    """The largest force of a revolution on the tool, N, and the length of its mean vector, of depths at ANGLES: edge by edge, each along its path and
-    away from the stock, summed up at every angle of the first one."""
+    """The largest force of a revolution on the tool, N, and the length of its mean vector, of depths at ANGLES: edge by
+    edge, each along its path and away from the stock, summed up at every angle of the first one."""
     one = kc11 * depth * (per_tooth * np.clip(np.cos(ANGLES), 0.0, None)) ** (1.0 - mc)
-    vectors = np.concatenate((one * np.exp(1j * ANGLES) * (1j + RADIAL), np.zeros(359)))      # all round, 0.5 degrees
-    edges = vectors.reshape(flutes, -1).sum(axis=0)                                          # at the same moment
+    vectors = np.concatenate((one * np.exp(1j * ANGLES) * (1j + RADIAL), np.zeros(359)))  # all round, 0.5 degrees
+    edges = vectors.reshape(flutes, -1).sum(axis=0)  # at the same moment
     return float(np.abs(edges).max()), float(np.abs(edges.mean()))
 
 
@@ -65,7 +69,15 @@ class Limits:
 
     def __init__(self, chip=0.0, power=0.0, torque=0.0, rps=200.0, flutes=3, kc11=800.0, mc=0.25, force=0.0):
         self.force = force
-        self.chip, self.power, self.torque, self.rps, self.flutes, self.kc11, self.mc = chip, power, torque, rps, flutes, kc11, mc
+        self.chip, self.power, self.torque, self.rps, self.flutes, self.kc11, self.mc = (
+            chip,
+            power,
+            torque,
+            rps,
+            flutes,
+            kc11,
+            mc,
+        )
 
     def into(self, values):
         values.max_chip_mm, values.max_power_w, values.max_torque_nm = self.chip, self.power, self.torque
@@ -76,7 +88,8 @@ class Limits:
 
 
 class Drive:
-    """A tool that cuts along a path while the core commands its feed; the planner brakes with ACCEL and follows an override a period late."""
+    """A tool that cuts along a path while the core commands its feed; the planner brakes with ACCEL and follows an
+    override a period late."""
 
     def __init__(self, plane, diameter, z, limits, cell=0.25, ceiling=60.0, target=1e9, override=1.0, limited=True):
         self.plane, self.z, self.limits, self.ceiling, self.target = plane, z, limits, ceiling, target
@@ -87,12 +100,17 @@ class Drive:
             cutter = core.Cutter(self.stock, core.Tool(2.0 * radius), (*path[0], depth))
             for point in path[1:]:
                 cutter.to((*point, depth))
-        # (chip mm, torque Nm, velocity mm/s, limited-by, chip and power as told, largest and mean side force N, both as told)
+        # (chip mm, torque Nm, velocity mm/s, limited-by, chip and power as told, largest and mean side force N, both
+        # as told)
         self.seen = []
 
     def feed(self, profile, velocity, last_velocity, scale):
         values = self.limits.into(layout.FeedIn())
-        values.feed_mode, values.mrr_target_mm3_s, values.motion = layout.FeedMode.CONSTANT, self.target, layout.MOTION_FEED
+        values.feed_mode, values.mrr_target_mm3_s, values.motion = (
+            layout.FeedMode.CONSTANT,
+            self.target,
+            layout.MOTION_FEED,
+        )
         values.programmed_vel_mm_s = values.requested_vel_mm_s = self.ceiling
         values.acceleration_mm_s2, values.period_s, values.is_trusted = ACCEL, PERIOD, 1
         values.feed_override_share = self.override
@@ -100,7 +118,11 @@ class Drive:
         values.current_accel_mm_s2 = (velocity - last_velocity) / PERIOD
         for i in range(profile.steps):
             step = profile.step[i]
-            values.load_distance_mm[i], values.load_area_mm2[i], values.load_accel_mm_s2[i] = step.distance, step.area, step.accel
+            values.load_distance_mm[i], values.load_area_mm2[i], values.load_accel_mm_s2[i] = (
+                step.distance,
+                step.area,
+                step.accel,
+            )
         for i in range(profile.tooth_steps):
             step = profile.tooth_step[i]
             values.tooth_distance_mm[i], values.tooth_load_per_mm[i] = step.distance, step.area
@@ -136,7 +158,11 @@ class Drive:
             look.step(at, tip, PERIOD, 20.0)
             cutter.to(tip)
             out, law = self.feed(look.profile(20.0), velocity, last, scale)
-            weights = (law.chip_weight_per_mm, law.power_weight_per_mm, law.force_weight_per_mm) if self.limited else (0.0, 0.0, 0.0)
+            weights = (
+                (law.chip_weight_per_mm, law.power_weight_per_mm, law.force_weight_per_mm)
+                if self.limited
+                else (0.0, 0.0, 0.0)
+            )
             scale, at = out.scale, tip
             self._note(tip, heading, velocity, out, law)
             track.append(tip[:2])
@@ -147,9 +173,20 @@ class Drive:
         """A row of `seen`."""
         depth = self.plane.met(tip, math.atan2(heading[1], heading[0]), self.tool.radius, self.z)
         per_tooth = velocity / (self.limits.rps * self.limits.flutes)
-        self.seen.append((*chip_and_torque(depth, self.tool.radius, per_tooth, self.limits.flutes, self.limits.kc11, self.limits.mc),
-                          velocity, out.limit, law.chip_mm, law.power_w,
-                          *side_force(depth, per_tooth, self.limits.flutes, self.limits.kc11, self.limits.mc), law.side_force_n, law.mean_force_n))
+        self.seen.append(
+            (
+                *chip_and_torque(
+                    depth, self.tool.radius, per_tooth, self.limits.flutes, self.limits.kc11, self.limits.mc
+                ),
+                velocity,
+                out.limit,
+                law.chip_mm,
+                law.power_w,
+                *side_force(depth, per_tooth, self.limits.flutes, self.limits.kc11, self.limits.mc),
+                law.side_force_n,
+                law.mean_force_n,
+            )
+        )
 
 
 def means(values, count=10):

@@ -3,6 +3,7 @@
 
 All lengths mm, times s; rows are periods of PERIOD_S.
 """
+
 import ctypes as C
 
 import numpy as np
@@ -15,13 +16,43 @@ FAR = 1000.0
 STATE, FAULT, LIMIT, SURFACE = layout.TracerState, layout.TracerFault, layout.TracerLimit, layout.StylusSurface
 MODE = layout.TracerMode
 
-SETTINGS = dict(mode_number=MODE.BOTH_WAYS, scan_axis_number=0, direction_sign=1, feed_mm_s=1000 / 60, approach_vel_mm_s=10.0, return_vel_mm_s=50.0,
-                max_vel_mm_s=200.0, acceleration_mm_s2=2000.0, gain_hz=1000.0, deflection_mm=0.3, range_mm=1.5,
-                dead_time_s=0.0, drive_time_s=0.0, max_jump_mm=0.5, friction_share=0.0, pick_mm=0.0, retract_mm=2.0, search_mm=100.0, lost_mm=20.0,
-                approach_dir=(0, 0, -1), window_min_mm=(-20, -20, -FAR), window_max_mm=(20, 20, FAR),
-                soft_min_mm=(-FAR,) * 3, soft_max_mm=(FAR,) * 3)
-MODEL = dict(surface_number=SURFACE.PLANE, at_mm=(0, 0, 0), normal=(0, 0, 1), size_mm=10.0, angle_deg=90.0, ball_mm=1.0, friction_share=0.15,
-             noise_mm=0.0, delay_periods=0)
+SETTINGS = dict(
+    mode_number=MODE.BOTH_WAYS,
+    scan_axis_number=0,
+    direction_sign=1,
+    feed_mm_s=1000 / 60,
+    approach_vel_mm_s=10.0,
+    return_vel_mm_s=50.0,
+    max_vel_mm_s=200.0,
+    acceleration_mm_s2=2000.0,
+    gain_hz=1000.0,
+    deflection_mm=0.3,
+    range_mm=1.5,
+    dead_time_s=0.0,
+    drive_time_s=0.0,
+    max_jump_mm=0.5,
+    friction_share=0.0,
+    pick_mm=0.0,
+    retract_mm=2.0,
+    search_mm=100.0,
+    lost_mm=20.0,
+    approach_dir=(0, 0, -1),
+    window_min_mm=(-20, -20, -FAR),
+    window_max_mm=(20, 20, FAR),
+    soft_min_mm=(-FAR,) * 3,
+    soft_max_mm=(FAR,) * 3,
+)
+MODEL = dict(
+    surface_number=SURFACE.PLANE,
+    at_mm=(0, 0, 0),
+    normal=(0, 0, 1),
+    size_mm=10.0,
+    angle_deg=90.0,
+    ball_mm=1.0,
+    friction_share=0.15,
+    noise_mm=0.0,
+    delay_periods=0,
+)
 
 
 def filled(structure, values):
@@ -54,9 +85,18 @@ class Rig:
         """-> rows of these periods, ROW."""
         count = round(seconds / PERIOD_S)
         rows = np.zeros(count, ROW)
-        core.library().chip_tracer_loop(C.byref(self.tracer), C.byref(self.settings), C.byref(self.stylus), C.byref(self.model),
-                                        self.p, C.c_double(PERIOD_S), enabled, C.c_double(self.feed_share), C.c_long(count),
-                                        rows.ctypes.data_as(C.c_void_p))
+        core.library().chip_tracer_loop(
+            C.byref(self.tracer),
+            C.byref(self.settings),
+            C.byref(self.stylus),
+            C.byref(self.model),
+            self.p,
+            C.c_double(PERIOD_S),
+            enabled,
+            C.c_double(self.feed_share),
+            C.c_long(count),
+            rows.ctypes.data_as(C.c_void_p),
+        )
         self.rows = np.concatenate([self.rows, rows])
         return rows
 
@@ -67,7 +107,7 @@ class Rig:
             if np.isin(rows["state"], states).any():
                 break
         end = np.flatnonzero(np.isin(self.rows["state"], states))
-        return self.rows[:end[0] + 1] if len(end) else self.rows
+        return self.rows[: end[0] + 1] if len(end) else self.rows
 
 
 def error(rows, settings=SETTINGS):
@@ -78,4 +118,4 @@ def error(rows, settings=SETTINGS):
 def tracing(rows, settle_s=0.0):
     """The rows in TRACE, without the first `settle_s` of the first one."""
     at = np.flatnonzero(rows["state"] == STATE.TRACE)
-    return rows[at[round(settle_s / PERIOD_S):]]
+    return rows[at[round(settle_s / PERIOD_S) :]]

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Which feed of a turning program cuts: the half section as cells, which a tool takes away where it really is.
 
-Called by tests/turning and bench/bench_turning.py.  turning_oracle.py keeps heights, where a tool at the foot of a wall has taken all that is
-above it, too: it sees no cut where a tool climbs along a face and cuts all of its length.  Here the insert is nose and wedge between its edges.
-What it takes is counted in turning_cut.c.
+Called by tests/turning and bench/bench_turning.py.  turning_oracle.py keeps heights, where a tool at the foot of a wall
+has taken all that is above it, too: it sees no cut where a tool climbs along a face and cuts all of its length.  Here
+the insert is nose and wedge between its edges.  What it takes is counted in turning_cut.c.
 """
+
 import ctypes as C
 import math
 from functools import lru_cache
@@ -15,9 +16,9 @@ from support import ROOT
 from support.turning_oracle import CENTRE, moves
 
 LIBRARY = ROOT / "build" / "tests" / "support" / "turning_cut.so"
-CELL = 0.025        # mm
-REACH = 4.0         # mm of the edges that count: more than a depth of cut
-THIN = 2            # cells: a feed that takes less on its length is in the air, rounding to cells included
+CELL = 0.025  # mm
+REACH = 4.0  # mm of the edges that count: more than a depth of cut
+THIN = 2  # cells: a feed that takes less on its length is in the air, rounding to cells included
 
 
 class Section:
@@ -26,7 +27,10 @@ class Section:
     def __init__(self, blank, cell=CELL):
         self.cell, radius, self.z0, z1 = cell, blank[0], blank[1] - 2.0, blank[2] + 2.0
         self.cells = np.zeros((int(radius / cell) + 8, int((z1 - self.z0) / cell) + 1), dtype=bool)
-        self.cells[:int(round(radius / cell)), int(round((blank[1] - self.z0) / cell)):int(round((blank[2] - self.z0) / cell))] = True
+        self.cells[
+            : int(round(radius / cell)),
+            int(round((blank[1] - self.z0) / cell)) : int(round((blank[2] - self.z0) / cell)),
+        ] = True
         self.masks, self.extents = {}, {}
 
     def cut(self, number, tool, z, x):
@@ -37,13 +41,19 @@ class Section:
         origin, whole = self.masks[number]
         r = 0.0 if tool.point else tool.d / 2
         dx, dz = (0, 0) if tool.point else CENTRE[tool.q]
-        k, i = int(round((x + dx * r) / self.cell)) - origin[0], int(round((z + dz * r - self.z0) / self.cell)) - origin[1]
-        taken = _library().turning_cut(C.byref(Cells.of(self.cells)), C.byref(Cells.of(whole)), self.extents[number].ctypes.data, k, i)
+        k, i = (
+            int(round((x + dx * r) / self.cell)) - origin[0],
+            int(round((z + dz * r - self.z0) / self.cell)) - origin[1],
+        )
+        taken = _library().turning_cut(
+            C.byref(Cells.of(self.cells)), C.byref(Cells.of(whole)), self.extents[number].ctypes.data, k, i
+        )
         return float(taken) * self.cell * self.cell
 
 
 class Cells(C.Structure):
     """struct cells of turning_cut.c."""
+
     _fields_ = [("at", C.c_void_p), ("rows", C.c_long), ("columns", C.c_long)]
 
     @classmethod
@@ -55,7 +65,10 @@ class Cells(C.Structure):
 @lru_cache(maxsize=None)
 def _library():
     found = C.CDLL(str(LIBRARY))
-    found.turning_cut.argtypes, found.turning_cut.restype = [C.c_void_p, C.c_void_p, C.c_void_p, C.c_long, C.c_long], C.c_long
+    found.turning_cut.argtypes, found.turning_cut.restype = (
+        [C.c_void_p, C.c_void_p, C.c_void_p, C.c_long, C.c_long],
+        C.c_long,
+    )
     return found
 
 
@@ -70,7 +83,7 @@ def _mask(tool, cell):
     wide = max(REACH, tool.d / 2 + 0.2) if tool.point else REACH
     n = int(wide / cell)
     far = 4 * n if tool.point else n
-    u, v = np.meshgrid((np.arange(-n, far) + 0.5) * cell, (np.arange(-n, n) + 0.5) * cell)       # z to the right, x upwards
+    u, v = np.meshgrid((np.arange(-n, far) + 0.5) * cell, (np.arange(-n, n) + 0.5) * cell)  # z to the right, x upwards
     if tool.point:
         rise = math.tan(math.radians(tool.point) / 2)
         return (n, n), (v >= -cell) & (v <= tool.d / 2) & (u >= np.abs(v) / rise)
@@ -82,7 +95,8 @@ def _mask(tool, cell):
 
 
 def lengths(text, unit, blank, tools, cell=CELL):
-    """{"feed", "air": feed that cuts nothing, "rapid": rapids that cut} of a program, mm; (tool number, "feed" or "air"): those of a tool."""
+    """{"feed", "air": feed that cuts nothing, "rapid": rapids that cut} of a program, mm; (tool number, "feed" or
+    "air"): those of a tool."""
     section, found = Section(blank, cell), {"feed": 0.0, "air": 0.0, "rapid": 0.0}
     for number, kind, points in moves(text, unit):
         step = math.dist(points[0], points[1])

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """LinuxCNC's own G71 and G70 on a random part: run by rs274, judged without anything of the product.
 
-Called by tests/turning and bench/bench_turning.py.  G71 knows no tool: it moves the controlled point along the profile.  So gouges are those of
-the point; air and rapids are those of the insert that chipwise uses.
+Called by tests/turning and bench/bench_turning.py.  G71 knows no tool: it moves the controlled point along the profile.
+So gouges are those of the point; air and rapids are those of the insert that chipwise uses.
 """
+
 import os
 import re
 import subprocess
@@ -15,7 +16,7 @@ from support.turning_oracle import moves
 from support.turning_paths import distances
 from support.turning_random import reversed_chain, words
 
-LIMIT_S = 10.0      # of computing: an endless loop has more
+LIMIT_S = 10.0  # of computing: an endless loop has more
 
 
 def chain_of(case):
@@ -39,8 +40,23 @@ def program(case, depth):
     """Text of a program with G71 and G70 for a case."""
     start = f"G0 X{case.blank[0] + 1:.6f} Z{case.blank[2] + 1:.6f}"
     lines = words(chain_of(case), False, 1.0)
-    return "\n".join(["G21 G18 G8 G40 G90 G91.1 G94 G97 S500 M3", "F100", start, f"G71 Q100 D{case.allowance:.6f} I{depth:.6f} R0.5", start, "G70 Q100", start,
-                      "M2", "O100 sub", lines[0].replace("G0", "G1"), *lines[1:], "O100 endsub", ""])
+    return "\n".join(
+        [
+            "G21 G18 G8 G40 G90 G91.1 G94 G97 S500 M3",
+            "F100",
+            start,
+            f"G71 Q100 D{case.allowance:.6f} I{depth:.6f} R0.5",
+            start,
+            "G70 Q100",
+            start,
+            "M2",
+            "O100 sub",
+            lines[0].replace("G0", "G1"),
+            *lines[1:],
+            "O100 endsub",
+            "",
+        ]
+    )
 
 
 def run(case, depth, folder):
@@ -48,8 +64,16 @@ def run(case, depth, folder):
     (folder / "g71.ngc").write_text(program(case, depth))
     (folder / "g71.var").write_text("5161 0\n")
     try:
-        done = subprocess.run(["rs274", "-g", "-v", str(folder / "g71.var"), str(folder / "g71.ngc")], env={**os.environ, "HOME": str(folder)}, cwd=folder,
-                              stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=LIMIT_S, check=False)
+        done = subprocess.run(
+            ["rs274", "-g", "-v", str(folder / "g71.var"), str(folder / "g71.ngc")],
+            env={**os.environ, "HOME": str(folder)},
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            timeout=LIMIT_S,
+            check=False,
+        )
     except subprocess.TimeoutExpired:
         return "", "endless"
     error = "" if "PROGRAM_END" in done.stdout else (done.stdout.splitlines() or [""])[-1] + done.stderr
@@ -71,7 +95,8 @@ def _lines(canon):
 
 
 def judged(case, insert, depth, folder):
-    """{"error"; "gouge": mm that the controlled point gets into the part; "feed", "air", "rapid": as turning_cut.lengths()} of a case."""
+    """{"error"; "gouge": mm that the controlled point gets into the part; "feed", "air", "rapid": as
+    turning_cut.lengths()} of a case."""
     text, error = run(case, depth, folder)
     if error:
         return {"error": error}

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Paths of turning compared as curves.  Called by tests/turning and tests/machine."""
+
 import math
 
 import numpy as np
 
-CHORD = 0.002       # mm, of an arc's segments: their sag is below 1e-6 mm at radii above 0.5 mm
+CHORD = 0.002  # mm, of an arc's segments: their sag is below 1e-6 mm at radii above 0.5 mm
 
 
 def distances(points, path):

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Random turned parts as programs: lines, arcs, walls, pockets, bores; drawn in either direction; G7 or G8, G20 or G21."""
+"""Random turned parts as programs: lines, arcs, walls, pockets, bores; drawn in either direction; G7 or G8, G20 or
+G21."""
+
 import math
 import re
 from dataclasses import dataclass, replace
@@ -9,7 +11,8 @@ INSERTS = {"C80": (85.0, 5.0), "D55": (87.0, 32.0), "V35": (87.0, 52.0)}
 
 @dataclass(frozen=True)
 class Case:
-    """text: program; outside, bore: [(z, x)] corner points and arcs as dense chords, mm, from the right; blank (radius, z0, z1)."""
+    """text: program; outside, bore: [(z, x)] corner points and arcs as dense chords, mm, from the right; blank (radius,
+    z0, z1)."""
 
     text: str
     outside: list
@@ -17,12 +20,13 @@ class Case:
     blank: tuple
     allowance: float
     insert: str
-    barrier: tuple = ()     # (radius, right end) of a chuck
-    tailstock: tuple = ()   # (radius, left and right end)
+    barrier: tuple = ()  # (radius, right end) of a chuck
+    tailstock: tuple = ()  # (radius, left and right end)
 
 
 def _arc(rng, a, b):
-    """(centre, ccw) of an arc from a to b (z, x), to the left, without a vertical tangent inside; None if the dice say no."""
+    """(centre, ccw) of an arc from a to b (z, x), to the left, without a vertical tangent inside; None if the dice say
+    no."""
     dz, dx = b[0] - a[0], b[1] - a[1]
     chord = math.hypot(dz, dx)
     r = chord * rng.uniform(0.55, 3.0)
@@ -31,15 +35,18 @@ def _arc(rng, a, b):
     side = [p[1] - c[1] for p in (a, b)]
     if side[0] * side[1] <= 1e-3:
         return None
-    return c, side[0] > 0            # to the left over the top is counter-clockwise in (z, x)
+    return c, side[0] > 0  # to the left over the top is counter-clockwise in (z, x)
 
 
 def _chain(rng, x, low, high, length, count, snap=0.0):
-    """[(z, x, arc)] from Z0 to the left: a random chain within the radii low .. high; snap: mm, of which ends of elements are multiples in Z."""
+    """[(z, x, arc)] from Z0 to the left: a random chain within the radii low .. high; snap: mm, of which ends of
+    elements are multiples in Z."""
     z, chain = 0.0, [(0.0, x, None)]
     step = length / count
     for k in range(count):
-        kind = max(rng.random(), 0.3 if k == 0 else 0.0)        # the chain does not begin with a wall: the face is drawn before it
+        kind = max(
+            rng.random(), 0.3 if k == 0 else 0.0
+        )  # the chain does not begin with a wall: the face is drawn before it
         if kind < 0.3:
             x = rng.uniform(low, high)
             chain.append((z, x, None))
@@ -50,7 +57,10 @@ def _chain(rng, x, low, high, length, count, snap=0.0):
         if arc:
             (cz, cx), ccw = arc
             r = math.hypot(z - cz, x - cx)
-            inner = [cx + (1 if ccw else -1) * math.sqrt(max(r * r - (u - cz) ** 2, 0)) for u in (z + (z2 - z) * k / 16 for k in range(17))]
+            inner = [
+                cx + (1 if ccw else -1) * math.sqrt(max(r * r - (u - cz) ** 2, 0))
+                for u in (z + (z2 - z) * k / 16 for k in range(17))
+            ]
             if not low <= min(inner) <= max(inner) <= high:
                 arc = None
         chain.append((z2, x2, arc))
@@ -81,7 +91,9 @@ def words(chain, diameter, unit):
     for z2, x2, arc in chain[1:]:
         if arc:
             (cz, cx), ccw = arc
-            lines.append(f"G{3 if ccw else 2} X{x2 * f:.9f} Z{z2 / unit:.9f} I{(cx - x) / unit:.9f} K{(cz - z) / unit:.9f}")
+            lines.append(
+                f"G{3 if ccw else 2} X{x2 * f:.9f} Z{z2 / unit:.9f} I{(cx - x) / unit:.9f} K{(cz - z) / unit:.9f}"
+            )
         else:
             lines.append(f"G1 X{x2 * f:.9f} Z{z2 / unit:.9f}")
         z, x = z2, x2
@@ -96,16 +108,24 @@ def reversed_chain(chain):
 
 
 def random_case(rng, insert=None, allowance=None, snap=0.0, wide=False):
-    """Case of a random.Random; snap: mm, of which ends of elements and barriers are multiples in Z; wide: a disc, not a shaft."""
+    """Case of a random.Random; snap: mm, of which ends of elements and barriers are multiples in Z; wide: a disc, not a
+    shaft."""
     unit, diameter = rng.choice((1.0, 1.0, 25.4)), rng.random() < 0.5
-    high, length, count = (rng.uniform(20, 40), rng.uniform(4, 14), rng.randint(2, 5)) if wide else (rng.uniform(10, 18), rng.uniform(12, 40), rng.randint(3, 10))
+    high, length, count = (
+        (rng.uniform(20, 40), rng.uniform(4, 14), rng.randint(2, 5))
+        if wide
+        else (rng.uniform(10, 18), rng.uniform(12, 40), rng.randint(3, 10))
+    )
     bored = rng.random() < 0.4
     low = rng.uniform(8.5, 9.5) if bored else rng.uniform(1.0, 6.0)
     outside = _chain(rng, rng.uniform(low, high), low, high, length, count, snap)
     bore = []
     if bored:
         end = outside[-1][0] * (1.0 if rng.random() < 0.5 else rng.uniform(0.3, 0.8))
-        bore = [(z, x, None) for z, x in ((0.0, rng.uniform(7.2, 8.2)), (0.5 * end, 7.1), (0.5 * end, 6.6), (end, rng.uniform(6.3, 6.6)))]
+        bore = [
+            (z, x, None)
+            for z, x in ((0.0, rng.uniform(7.2, 8.2)), (0.5 * end, 7.1), (0.5 * end, 6.6), (end, rng.uniform(6.3, 6.6)))
+        ]
     chain = reversed_chain(bore) + [(*p[:2], p[2]) for p in outside] if bored else outside
     if rng.random() < 0.5:
         chain = reversed_chain(chain)
@@ -117,11 +137,20 @@ def random_case(rng, insert=None, allowance=None, snap=0.0, wide=False):
     if barrier and snap:
         barrier = (barrier[0], snap * round(barrier[1] / snap))
     chuck = [f"G22 X{barrier[0] * (2 if diameter else 1) / unit:.9f} Z{barrier[1] / unit:.9f}"] if barrier else []
-    text = "\n".join([
-        f"(WORKPIECE,CYLINDER,AXIS=Z,DIAMETER={2 * blank[0] / unit:.9f},ZMIN={blank[1] / unit:.9f},ZMAX={blank[2] / unit:.9f})",
-        f"G{20 if unit > 1 else 21} G18 G{7 if diameter else 8} G94 G97 S500 M3", *chuck,
-        f"G26 Q100 I{allowance / unit:.9f} D{rng.uniform(0.5, 2.0) / unit:.9f} F{100 / unit:.6f} E{50 / unit:.6f}", "M2", "O100 sub", *lines,
-        "O100 endsub", ""])
+    text = "\n".join(
+        [
+            f"(WORKPIECE,CYLINDER,AXIS=Z,DIAMETER={2 * blank[0] / unit:.9f},ZMIN={blank[1] / unit:.9f},"
+            f"ZMAX={blank[2] / unit:.9f})",
+            f"G{20 if unit > 1 else 21} G18 G{7 if diameter else 8} G94 G97 S500 M3",
+            *chuck,
+            f"G26 Q100 I{allowance / unit:.9f} D{rng.uniform(0.5, 2.0) / unit:.9f} F{100 / unit:.6f} E{50 / unit:.6f}",
+            "M2",
+            "O100 sub",
+            *lines,
+            "O100 endsub",
+            "",
+        ]
+    )
     return Case(text, dense(outside), dense(bore), blank, allowance, insert, barrier)
 
 
@@ -133,5 +162,7 @@ def tailstock_case(rng):
     unit, twice = (25.4 if "G20" in case.text else 1.0), (2 if "G7 " in case.text else 1)
     left = rng.uniform(0.0, 2.0)
     radius, right = rng.uniform(0.5, case.blank[0] + 3.0), left + rng.uniform(0.5, 50.0)
-    text = re.sub(r"ZMAX=[\d.]+", "ZMAX=0", case.text).replace("G26 ", f"G22 X{radius * twice / unit:.9f} Z{right / unit:.9f} K{left / unit:.9f}\nG26 ")
+    text = re.sub(r"ZMAX=[\d.]+", "ZMAX=0", case.text).replace(
+        "G26 ", f"G22 X{radius * twice / unit:.9f} Z{right / unit:.9f} K{left / unit:.9f}\nG26 "
+    )
     return replace(case, text=text, blank=(*case.blank[:2], 0.0), tailstock=(radius, left, right))

@@ -1,15 +1,20 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A judge of turned parts: r(z) of part, stock and barriers, a written program read as text.  Nothing of the product, nor of turning_oracle.py.
+"""A judge of turned parts: r(z) of part, stock and barriers, a written program read as text.  Nothing of the product,
+nor of turning_oracle.py.
 
 Called by tests/turning/test_turning_rz.py.
 
-    part, barriers   largest radius at samples of z: every CELL, and SIDE beside every corner, so that a wall may be missed by SIDE
-    insert           its lower edge as a function of the distance from the centre of the nose, edges without an end; a drill from its tip
+    part, barriers   largest radius at samples of z: every CELL, and SIDE beside every corner, so that a wall may be
+                     missed by SIDE
+    insert           its lower edge as a function of the distance from the centre of the nose, edges without an end; a
+                     drill from its tip
     bore             radii with the sign turned, as if it were turned from outside
 
-A gouge is part above the insert or its holder, a contact stock above them on a rapid (above the holder on every move), barrier the same with boxes
-that are larger by the clearance.  near: by how much a rapid of an insert is closer to stock than `beside`; rapids after a feed may begin in contact, and
-have to go away from all stock by LEAVES mm per mm.  mm; at most 0 is clean, but for what moves are sampled with."""
+A gouge is part above the insert or its holder, a contact stock above them on a rapid (above the holder on every move),
+barrier the same with boxes that are larger by the clearance.  near: by how much a rapid of an insert is closer to stock
+than `beside`; rapids after a feed may begin in contact, and have to go away from all stock by LEAVES mm per mm.  mm; at
+most 0 is clean, but for what moves are sampled with."""
+
 import math
 import re
 
@@ -17,16 +22,28 @@ import numpy as np
 
 CELL, SIDE, STEP, LATHE_FAR = 0.05, 0.001, 0.05, 80.0
 BESIDE, LEAVES = 0.2, 0.3
-CENTRES = {1: (-1, 1), 2: (1, 1), 3: (1, -1), 6: (0, 1)}        # Q: (z, x) signs from the controlled point to the centre of the nose, x away from the axis
+CENTRES = {
+    1: (-1, 1),
+    2: (1, 1),
+    3: (1, -1),
+    6: (0, 1),
+}  # Q: (z, x) signs from the controlled point to the centre of the nose, x away from the axis
 
 
 class Judge:
-    """part: turning_hands.Part; clearance: mm from barriers; beside: mm of rapids from stock.  judge(text, mm of a unit) -> {gouge, contact, holder, barrier, near}, mm."""
+    """part: turning_hands.Part; clearance: mm from barriers; beside: mm of rapids from stock.  judge(text, mm of a
+    unit) -> {gouge, contact, holder, barrier, near}, mm."""
 
     def __init__(self, part, clearance, beside=BESIDE):
         self.beside, self.part, self.tools = beside, part, {t.number: t for t in part.tools}
-        corners = sorted({z for z, _ in [*part.outer, *part.bore]} if len(part.outer) + len(part.bore) < 60 else _sharp(part.outer) | _sharp(part.bore))
-        corners += [z for z0, z1, _, _ in part.barriers for z in (z0 - clearance, z1 + clearance) if z > part.blank[1] - 40.0]
+        corners = sorted(
+            {z for z, _ in [*part.outer, *part.bore]}
+            if len(part.outer) + len(part.bore) < 60
+            else _sharp(part.outer) | _sharp(part.bore)
+        )
+        corners += [
+            z for z0, z1, _, _ in part.barriers for z in (z0 - clearance, z1 + clearance) if z > part.blank[1] - 40.0
+        ]
         grid = np.arange(part.blank[1] - 40.0, part.blank[2] + LATHE_FAR, CELL)
         beside = np.array([z + s for z in corners for s in (-SIDE, SIDE)])
         grid = grid[np.min(np.abs(grid[:, None] - np.array(corners)), axis=1) > SIDE]
@@ -34,10 +51,13 @@ class Judge:
         end = part.outer[-1][0]
         solid = (self.z >= part.blank[1]) & (self.z <= part.blank[2])
         outer = np.where(self.z < end, np.where(solid, part.blank[0], -np.inf), _radius(part.outer, self.z))
-        self.want = {False: outer, True: -_radius(part.bore, self.z, np.inf) if part.bore else np.full(len(self.z), -np.inf)}
+        self.want = {
+            False: outer,
+            True: -_radius(part.bore, self.z, np.inf) if part.bore else np.full(len(self.z), -np.inf),
+        }
         if part.bore:
             self.want[True][self.z < part.bore[-1][0]] = 0.0
-            if abs(part.bore[-1][0] - end) < 1e-9:                  # through: what is behind the part is not of it
+            if abs(part.bore[-1][0] - end) < 1e-9:  # through: what is behind the part is not of it
                 self.want[True][self.z < end] = -np.inf
         self.box = {False: np.full(len(self.z), -np.inf), True: np.full(len(self.z), -np.inf)}
         for z0, z1, x0, x1 in part.barriers:
@@ -47,7 +67,10 @@ class Judge:
         self.stock = {False: np.where(solid, part.blank[0], -np.inf), True: np.where(solid, 0.0, -np.inf)}
         self.worst = {"gouge": -np.inf, "contact": -np.inf, "holder": -np.inf, "barrier": -np.inf, "near": -np.inf}
         self.where = {}
-        self.gone, self.discs = beside / LEAVES, {}     # mm of rapids since the last feed; stock of a side with discs of a radius about it
+        self.gone, self.discs = (
+            beside / LEAVES,
+            {},
+        )  # mm of rapids since the last feed; stock of a side with discs of a radius about it
 
     def judge(self, text, unit):
         tool, at = None, [None, None]
@@ -86,18 +109,20 @@ class Judge:
                     self._note(name, np.max(graph[held], initial=-np.inf) - x - tool.holder[2], line)
             if rapid:
                 self._note("contact", np.max(stock - edge), line)
-                if tool.kind != "drill":            # it slides in its own hole
+                if tool.kind != "drill":  # it slides in its own hole
                     self._note("near", np.max(self._beside(inside, min(self.beside, LEAVES * self.gone)) - edge), line)
             else:
                 np.minimum(stock, edge, out=stock)
                 self.discs = {}
-        gone = np.flatnonzero((self.stock[False] <= np.maximum(-self.stock[True], 1e-6)) & (self.z > self.part.blank[1]))
-        if len(gone):                               # nothing is left of the ring there: what is to the right of it has fallen off
-            self.stock[True][gone[0]:] = self.stock[False][gone[0]:] = -np.inf
+        gone = np.flatnonzero(
+            (self.stock[False] <= np.maximum(-self.stock[True], 1e-6)) & (self.z > self.part.blank[1])
+        )
+        if len(gone):  # nothing is left of the ring there: what is to the right of it has fallen off
+            self.stock[True][gone[0] :] = self.stock[False][gone[0] :] = -np.inf
 
     def _beside(self, inside, r):
         """The stock with discs about it: what a point has to be above to be farther than r from it."""
-        r = max(round(r, 2) - 0.01, 0.0)            # the samples are not exactly where the stock's corners are
+        r = max(round(r, 2) - 0.01, 0.0)  # the samples are not exactly where the stock's corners are
         if (inside, r) not in self.discs:
             z, f = self.z, self.stock[inside]
             found, k = f.copy(), 1
@@ -140,7 +165,8 @@ def _radius(points, z, least=-np.inf):
 
 
 def _edge(tool, u):
-    """Height of the lower edge above the centre of the nose (of a drill above its tip), at distances u; inf where there is none."""
+    """Height of the lower edge above the centre of the nose (of a drill above its tip), at distances u; inf where
+    there is none."""
     if tool.kind == "drill":
         return np.where(u >= 0.0, np.maximum(-u * math.tan(math.radians(59.0)), -tool.d / 2), np.inf)
     r, low, high = tool.d / 2, *sorted((-a if tool.kind == "bore" else a) % 360.0 for a in (tool.i, tool.j))
@@ -165,4 +191,6 @@ def _points(a, b, centre, ccw):
     turn = (last - first) % (2 * math.pi) if ccw else -((first - last) % (2 * math.pi))
     r = math.dist(a, (cz, cx))
     n = max(int(abs(turn) * r / STEP), math.ceil(abs(turn) / 0.05), 1)
-    return [(cz + r * math.cos(first + turn * k / n), cx + r * math.sin(first + turn * k / n)) for k in range(n)] + [tuple(b)]
+    return [(cz + r * math.cos(first + turn * k / n), cx + r * math.sin(first + turn * k / n)) for k in range(n)] + [
+        tuple(b)
+    ]

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How a pocket's finished walls are come onto and left, from the moves alone.  Called by tests/cycles/test_pocket_walls.py and bench/bench_walls.py.
+"""How a pocket's finished walls are come onto and left, from the moves alone.  Called by
+tests/cycles/test_pocket_walls.py and bench/bench_walls.py.
 
-A move is on a wall if both its ends and its middle touch one.  A finish is a row of such moves that passes its own start again; of
-several along one wall the last counts.  Lengths mm.
+A move is on a wall if both its ends and its middle touch one.  A finish is a row of such moves that passes its own
+start again; of several along one wall the last counts.  Lengths mm.
 """
+
 import math
 from dataclasses import dataclass
 
@@ -17,7 +19,8 @@ ON_MM, SAME_MM = 2e-4, 1e-4
 
 @dataclass(frozen=True)
 class Finish:
-    """place; on, off: degrees between the wall and the feed before and after, None where there is none at the depth; past: mm that it runs on over its start."""
+    """place; on, off: degrees between the wall and the feed before and after, None where there is none at the depth;
+    past: mm that it runs on over its start."""
 
     place: tuple
     on: object
@@ -39,8 +42,13 @@ def length(e):
 
 def finishes(case, moves, level):
     """[Finish] of the moves at a level."""
-    level_feed = [e.kind != "rapid" and abs(e.a[2] - level) < 1e-6 and abs(e.b[2] - level) < 1e-6 and length(e) > 1e-9 for e in moves]
-    places = np.array([oracle.on_path(e, max(length(e), 1e-9) / 2)[[0, -1]].tolist() + [middle(e)] for e in moves])[:, :, :2]
+    level_feed = [
+        e.kind != "rapid" and abs(e.a[2] - level) < 1e-6 and abs(e.b[2] - level) < 1e-6 and length(e) > 1e-9
+        for e in moves
+    ]
+    places = np.array([oracle.on_path(e, max(length(e), 1e-9) / 2)[[0, -1]].tolist() + [middle(e)] for e in moves])[
+        :, :, :2
+    ]
     gap = np.abs(oracle.clearance(case.loops, places.reshape(-1, 2)) - case.distance).reshape(-1, 3).max(axis=1)
     on = np.array(level_feed) & (gap < ON_MM)
     found, k = [], 0
@@ -51,8 +59,15 @@ def finishes(case, moves, level):
         row = moves[k:last]
         at = next((n for n, e in enumerate(row, 1) if math.dist(e.b[:2], row[0].a[:2]) < SAME_MM), None)
         if at is not None and sum(map(length, row[:at])) > 20 * SAME_MM:
-            again = Finish(row[0].a[:2], _between(moves, k - 1, level_feed), _between(moves, last - 1, level_feed), sum(map(length, row[at:])))
-            found = [f for f in found if min(float(trace.distance(e, *np.array(f.place)[:, None])[0]) for e in row) > ON_MM] + [again]
+            again = Finish(
+                row[0].a[:2],
+                _between(moves, k - 1, level_feed),
+                _between(moves, last - 1, level_feed),
+                sum(map(length, row[at:])),
+            )
+            found = [
+                f for f in found if min(float(trace.distance(e, *np.array(f.place)[:, None])[0]) for e in row) > ON_MM
+            ] + [again]
         k = max(last, k + 1)
     return found
 
@@ -62,7 +77,11 @@ def middle(e):
     if e.kind != "arc":
         return [(a + b) / 2 for a, b in zip(e.a, e.b)]
     start, turn = e.sweep
-    return [e.centre[0] + e.radius * math.cos(start + turn / 2), e.centre[1] + e.radius * math.sin(start + turn / 2), (e.a[2] + e.b[2]) / 2]
+    return [
+        e.centre[0] + e.radius * math.cos(start + turn / 2),
+        e.centre[1] + e.radius * math.sin(start + turn / 2),
+        (e.a[2] + e.b[2]) / 2,
+    ]
 
 
 def _between(moves, k, level_feed):

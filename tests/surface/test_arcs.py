@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Arcs in cuts of surfaces: chip_chain_fit against its band, plans with arcs against brute force, LinuxCNC's reading of them, parts of arcs.
+"""Arcs in cuts of surfaces: chip_chain_fit against its band, plans with arcs against brute force, LinuxCNC's reading of
+them, parts of arcs.
 
-Arcs are judged by tests/support/surface_judge.py (complex numbers) and by rs274; nothing of the package's arcs is in either."""
+Arcs are judged by tests/support/surface_judge.py (complex numbers) and by rs274; nothing of the package's arcs is in
+either."""
+
 import dataclasses
 import math
 import os
@@ -31,13 +34,28 @@ TOOLS = {"ball": Shape(6, 3), "bull": Shape(6, 1), "flat": Shape(6)}
 @pytest.fixture(scope="module")
 def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("models")
-    shapes = {"waves": surface_cases.waves(100, 40.0), "dome": surface_cases.sphere(9.0, 80), "bowl": surface_cases.sphere(9.0, 80) * (1, 1, -1)}
+    shapes = {
+        "waves": surface_cases.waves(100, 40.0),
+        "dome": surface_cases.sphere(9.0, 80),
+        "bowl": surface_cases.sphere(9.0, 80) * (1, 1, -1),
+    }
     return {name: surface_cases.write_stl(folder / f"{name}.stl", triangles) for name, triangles in shapes.items()}
 
 
 def request(file, tool="ball", **fields):
-    known = dict(file=file, stamp=(), placing=Placing(), bottom=None, clearance=None, tool=TOOLS[tool], step=2.0, feed=600.0, plunge_feed=200.0, start=START,
-                 stock_is_model=True)
+    known = dict(
+        file=file,
+        stamp=(),
+        placing=Placing(),
+        bottom=None,
+        clearance=None,
+        tool=TOOLS[tool],
+        step=2.0,
+        feed=600.0,
+        plunge_feed=200.0,
+        start=START,
+        stock_is_model=True,
+    )
     return SurfaceRequest(**{**known, **fields})
 
 
@@ -60,7 +78,11 @@ def height_on(s, a, b, arc):
 def random_chain(rng):
     """Stations and heights: pieces of circles and waves, with steps and noise."""
     s = np.sort(rng.uniform(0, 30, rng.integers(3, 400)))
-    z = rng.uniform(0, 4) * np.sin(s * rng.uniform(0.05, 0.8)) + rng.uniform(-1, 1) * np.sqrt(np.maximum(400 - (s - 15) ** 2, 0)) + rng.normal(0, rng.choice([0, 1e-3]), len(s))
+    z = (
+        rng.uniform(0, 4) * np.sin(s * rng.uniform(0.05, 0.8))
+        + rng.uniform(-1, 1) * np.sqrt(np.maximum(400 - (s - 15) ** 2, 0))
+        + rng.normal(0, rng.choice([0, 1e-3]), len(s))
+    )
     return s, z + 3.0 * (s > rng.uniform(0, 60))
 
 
@@ -71,13 +93,21 @@ def test_every_station_is_in_its_band():
         tolerance = float(rng.choice([0.003, 0.01, 0.1]))
         high, arc_low = z + 0.8 * tolerance, z + 0.25 * tolerance
         kept, height, arc = fitted(s, z, high, arc_low)
-        assert kept[0] == 0 and kept[-1] == len(s) - 1 and (np.diff(kept) > 0).all() and (height[0], height[-1]) == (z[0], z[-1])
+        assert (
+            kept[0] == 0
+            and kept[-1] == len(s) - 1
+            and (np.diff(kept) > 0).all()
+            and (height[0], height[-1]) == (z[0], z[-1])
+        )
         for k in range(1, len(kept)):
             inside = slice(kept[k - 1] + 1, kept[k])
             on = height_on(s[inside], (s[kept[k - 1]], height[k - 1]), (s[kept[k]], height[k]), arc[k])
             is_arc = arc[k, 2] != layout.CHAIN_LINE
             arcs += is_arc
-            assert (on >= (arc_low if is_arc else z)[inside] - 1e-9).all() and (on <= high[inside] + 1e-9).all(), (case, k)
+            assert (on >= (arc_low if is_arc else z)[inside] - 1e-9).all() and (on <= high[inside] + 1e-9).all(), (
+                case,
+                k,
+            )
         assert (height >= z[kept] - 1e-12).all() and (height <= high[kept] + 1e-12).all()
     assert arcs > random_count(60)
 
@@ -85,7 +115,7 @@ def test_every_station_is_in_its_band():
 def test_a_circle_is_few_arcs_and_without_them_lines():
     s = np.linspace(-12, 12, 500)
     for sign in (1, -1):
-        z = sign * np.sqrt(20.0 ** 2 - s ** 2)
+        z = sign * np.sqrt(20.0**2 - s**2)
         kept, _height, arc = fitted(s, z, z + 0.008, z + 0.0025)
         longest = 1 + int(np.diff(kept).argmax())
         assert len(kept) <= 6 and np.diff(kept).max() > 400 and arc[longest, 2] == pytest.approx(20 * sign, abs=0.05)
@@ -109,15 +139,25 @@ for case in range(int(sys.argv[2])):
 
 
 def test_nothing_is_read_behind_the_last_station():
-    done = subprocess.run([sys.executable, "-c", NOTHING_BEHIND, str(random_seed()), str(random_count(200))],
-                          env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}, capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-c", NOTHING_BEHIND, str(random_seed()), str(random_count(200))],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+        capture_output=True,
+        text=True,
+    )
     assert done.returncode == 0, (random_seed(), done.returncode, done.stderr)
 
 
 # ---- plans -----------------------------------------------------------------------------------------------------------
 
 
-CASES = [("waves", "ball", 0), ("waves", "bull", 90), ("dome", "ball", 180), ("dome", "flat", 270), ("bowl", "ball", 90)]
+CASES = [
+    ("waves", "ball", 0),
+    ("waves", "bull", 90),
+    ("dome", "ball", 180),
+    ("dome", "flat", 270),
+    ("bowl", "ball", 90),
+]
 
 
 @pytest.mark.parametrize("name, tool, direction", CASES)
@@ -129,11 +169,18 @@ def test_arcs_gouge_nothing_and_leave_no_more_than_the_tolerance(files, name, to
     assert arcs > 5 and lines + arcs < sum(kinds(surface_plan(dataclasses.replace(r, arcs=False))))
     assert {move.plane for move in plan.moves if type(move) is PlaneArc} == {"G18" if direction % 180 == 0 else "G19"}
     triangles = surface_cases.triangles_of(read_model(r.file, Placing()))
-    deepest, highest = surface_judge.gouge_and_rest(only_arcs(plan.moves), START, triangles, r.tool, plan.low[2], 20, direction)
+    deepest, highest = surface_judge.gouge_and_rest(
+        only_arcs(plan.moves), START, triangles, r.tool, plan.low[2], 20, direction
+    )
     assert deepest <= GOUGE and highest <= r.tolerance + ORACLE
     if name == "dome":
-        turned = [dataclasses.replace(move, ccw=not move.ccw) if type(move) is PlaneArc else move for move in only_arcs(plan.moves)]
-        assert surface_judge.gouge_and_rest(turned, START, triangles, r.tool, plan.low[2], 10, direction)[0] > 0.01       # the judge sees it
+        turned = [
+            dataclasses.replace(move, ccw=not move.ccw) if type(move) is PlaneArc else move
+            for move in only_arcs(plan.moves)
+        ]
+        assert (
+            surface_judge.gouge_and_rest(turned, START, triangles, r.tool, plan.low[2], 10, direction)[0] > 0.01
+        )  # the judge sees it
 
 
 def only_arcs(moves):
@@ -152,28 +199,38 @@ def test_linuxcnc_reads_the_arcs_as_they_are_meant(files, direction, unit):
     """The program through rs274 against positions of the moves; also through zigzag, whose cuts go both ways."""
     r = request(files["waves"], direction=float(direction), link=2, step=4.0)
     moves = surface_plan(r).moves
-    text = "\n".join([f"{'G21' if unit == 1 else 'G20'} G90 G17 G91.1", "G0 Z{:.6f}".format(START[2] / unit), "G0 X{:.6f} Y{:.6f}".format(*(v / unit for v in START[:2])),
-                      *texts(moves, START, unit, 6, "G64"), "M2", ""])
+    text = "\n".join(
+        [
+            f"{'G21' if unit == 1 else 'G20'} G90 G17 G91.1",
+            "G0 Z{:.6f}".format(START[2] / unit),
+            "G0 X{:.6f} Y{:.6f}".format(*(v / unit for v in START[:2])),
+            *texts(moves, START, unit, 6, "G64"),
+            "M2",
+            "",
+        ]
+    )
     trace = run_rs274(text, {1: 6.0})
     assert not trace.error, trace.error
     theirs = np.array([e.b for e in trace.elements[2:]])
     ours = np.concatenate([points for _rapid, points in surface_judge.positions(moves, START)[1:]])
     for point in ours[np.random.default_rng(random_seed()).integers(0, len(ours), 300)]:
-        assert distance(point, theirs) < 0.01, point      # a chord of the judge's arc of 0.002 rad and 0.05 mm, 4 decimals
+        assert distance(point, theirs) < 0.01, point  # a chord of the judge's arc of 0.002 rad and 0.05 mm, 4 decimals
     for point in theirs[:: max(1, len(theirs) // 300)]:
         assert distance(point, ours) < 0.01
 
 
 def distance(point, chain):
     a, step = chain[:-1], np.diff(chain, axis=0)
-    share = np.clip(((point - a) * step).sum(axis=1) / np.maximum((step ** 2).sum(axis=1), 1e-18), 0, 1)
+    share = np.clip(((point - a) * step).sum(axis=1) / np.maximum((step**2).sum(axis=1), 1e-18), 0, 1)
     return np.linalg.norm(point - a - share[:, None] * step, axis=1).min()
 
 
 def test_levels_and_rest_keep_arcs_and_gouge_nothing(files):
     """Parts of arcs: of a level, and of what a smaller tool finds."""
     levels = request(files["waves"], "bull", depth=2.0, step=3.0)
-    rest = dataclasses.replace(request(files["waves"], step=1.0), tool=Shape(2, 1), least=0.02, earlier=(request(files["waves"], step=4.0),))
+    rest = dataclasses.replace(
+        request(files["waves"], step=1.0), tool=Shape(2, 1), least=0.02, earlier=(request(files["waves"], step=4.0),)
+    )
     for r in (levels, rest):
         plan = surface_plan(r)
         assert kinds(plan)[1] > 5 and sum(kinds(plan)) < sum(kinds(surface_plan(dataclasses.replace(r, arcs=False))))
@@ -203,8 +260,10 @@ def test_parts_begin_and_end_on_the_arc():
         at = part.points[0]
         for move in curve.moves_of(part, 1.0):
             if type(move) is PlaneArc:
-                assert np.hypot(*np.array(move.end)[[0, 2]]) == pytest.approx(5, abs=1e-9) and np.hypot(at[0], at[2]) == pytest.approx(5, abs=1e-9)
-                assert move.ccw and move.plane == "G18"         # from Z to X
+                assert np.hypot(*np.array(move.end)[[0, 2]]) == pytest.approx(5, abs=1e-9) and np.hypot(
+                    at[0], at[2]
+                ) == pytest.approx(5, abs=1e-9)
+                assert move.ccw and move.plane == "G18"  # from Z to X
             at = (move.x, move.y, move.z)
         ends = part.points[[0, -1]]
         for end, place in zip(ends, (first, last)):
@@ -216,7 +275,9 @@ def test_clipped_at_a_level():
     for level in (3.0, 4.0, 4.9):
         part = needed.clipped(half_circle(), level)
         (arc,) = [move for move in curve.moves_of(part, 1.0) if type(move) is PlaneArc]
-        assert arc.z == level and np.hypot(arc.x, arc.z) == pytest.approx(5, abs=1e-9) and part.points[:, 2].min() == level
+        assert (
+            arc.z == level and np.hypot(arc.x, arc.z) == pytest.approx(5, abs=1e-9) and part.points[:, 2].min() == level
+        )
     assert not any(type(move) is PlaneArc for move in curve.moves_of(needed.clipped(half_circle(), 5.5), 1.0))
 
 
@@ -229,6 +290,13 @@ def test_short_rests_of_arcs_are_lines():
 def test_the_plane_is_set_again_in_each_chunk():
     """Between two chunks the interpreter is back in G17."""
     arc = PlaneArc("G18", (1.0, 0.0, 1.0), (1.0, 0.0, 0.0), True, 100.0)
-    moves = [arc, *(Line(x=1 + 0.01 * k, y=0.0, z=1.0, feed=100.0) for k in range(2100)), Rapid(x=0.0, y=0.0, z=0.0), arc]
-    first, second = ([line for row in chunk for line in row[1].split("\n")] for chunk in chunks(moves, (0.0, 0.0, 0.0), 1.0))
+    moves = [
+        arc,
+        *(Line(x=1 + 0.01 * k, y=0.0, z=1.0, feed=100.0) for k in range(2100)),
+        Rapid(x=0.0, y=0.0, z=0.0),
+        arc,
+    ]
+    first, second = (
+        [line for row in chunk for line in row[1].split("\n")] for chunk in chunks(moves, (0.0, 0.0, 0.0), 1.0)
+    )
     assert first[0].startswith("G18 G3") and second[0] == "G18" and second[-1].startswith("G3")

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Routes of links over heights, and their times: laws, closed forms and an independent planner (support/link_judge.py)."""
+"""Routes of links over heights, and their times: laws, closed forms and an independent planner
+(support/link_judge.py)."""
+
 import math
 
 import numpy as np
@@ -10,11 +12,12 @@ from support.random_cases import random_count, random_seed
 from chipwise.surface import route
 
 TOP = 20.0
-FINE = 1e-4             # mm: the judge's arcs are points 0.05 mm apart
+FINE = 1e-4  # mm: the judge's arcs are points 0.05 mm apart
 
 
 def random_lane(rng):
-    """A Lane over random heights, with or without a corner seen from above, and with a start above the heights or a rise at it."""
+    """A Lane over random heights, with or without a corner seen from above, and with a start above the heights or a
+    rise at it."""
     at = np.concatenate([[0.0], np.cumsum(rng.uniform(0.05, 3.0, rng.integers(1, 40)))])
     needs = np.minimum(np.cumsum(rng.normal(0, rng.choice([0.1, 1.0, 4.0]), len(at))), TOP - 4)
     relief = float(rng.choice([0.1, 1.0, 2.0]))
@@ -30,7 +33,8 @@ def random_lane(rng):
 
 
 def below(path, limit):
-    """How far (mm) a path (k, 2) of distance and height is below a limit (n, 2), but where it goes straight up or down at its ends."""
+    """How far (mm) a path (k, 2) of distance and height is below a limit (n, 2), but where it goes straight up or down
+    at its ends."""
     inside = (path[:, 0] > 1e-3) & (path[:, 0] < limit[-1, 0] - 1e-3)
     at = np.concatenate([path[inside, 0], limit[1:-1, 0]])
     keep = np.concatenate([[True], np.diff(path[:, 0]) > 1e-9])
@@ -52,7 +56,8 @@ def distances(lane, chain):
 
 
 def test_random_routes_are_over_the_limits_and_as_quick_as_they_say():
-    """The corners by another judge. The first route is the quickest; test_random_times_are_those_of_the_judge has the times."""
+    """The corners by another judge. The first route is the quickest; test_random_times_are_those_of_the_judge has the
+    times."""
     rng, seen = np.random.default_rng(random_seed()), 0
     for case in range(random_count(100)):
         lane = random_lane(rng)
@@ -60,14 +65,21 @@ def test_random_routes_are_over_the_limits_and_as_quick_as_they_say():
         for number, (seconds, points) in enumerate(found):
             assert below(points, lane.limit) <= 1e-6, (random_seed(), case)
             assert points[0, 1] == lane.start and points[-1, 1] == lane.end and points[:, 1].max() <= TOP + 1e-6
-            assert points[0, 0] == 0.0 and points[-1, 0] == pytest.approx(lane.limit[-1, 0]) and (np.diff(points[:, 0]) >= 0).all()
+            assert (
+                points[0, 0] == 0.0
+                and points[-1, 0] == pytest.approx(lane.limit[-1, 0])
+                and (np.diff(points[:, 0]) >= 0).all()
+            )
             chain = lane.chain(points)
             assert seconds >= found[0][0] - 1e-9
             if number > 2:
                 continue
             arcs = link_judge.rounded(list(chain), lane.blend)[0]
-            if not lane.corner:                   # else the arc over the corner is beside the lane: test_surface_links.py has these
-                assert below(np.column_stack([distances(lane, arcs), arcs[:, 2]]), lane.lower) <= FINE, (random_seed(), case)
+            if not lane.corner:  # else the arc over the corner is beside the lane: test_surface_links.py has these
+                assert below(np.column_stack([distances(lane, arcs), arcs[:, 2]]), lane.lower) <= FINE, (
+                    random_seed(),
+                    case,
+                )
             assert seconds == pytest.approx(route.seconds(chain, lane.blend), rel=1e-6)
             seen += 1
     assert seen > random_count(100)
@@ -84,10 +96,15 @@ def test_routes_that_may_not_be_are_refused():
     lane = flat([(0, 0), (20, 5), (40, 0)], [(0, 0), (20, 4.5), (40, 0)])
     good = np.array([(0.0, 0), (20, 5.8), (40, 0)])
     assert lane._seconds(good, False) < 1
-    for bad in ([(0.0, 0), (20, 4.9), (40, 0)], [(0.0, 0), (15, 5.5), (40, 0)], [(0.0, 0), (20, TOP + 1), (40, 0)], [(0.0, 0), (25, 6), (20, 6), (40, 0)]):
+    for bad in (
+        [(0.0, 0), (20, 4.9), (40, 0)],
+        [(0.0, 0), (15, 5.5), (40, 0)],
+        [(0.0, 0), (20, TOP + 1), (40, 0)],
+        [(0.0, 0), (25, 6), (20, 6), (40, 0)],
+    ):
         assert lane._seconds(np.array(bad), False) == route.layout.ROUTE_BAD, bad
     tight = flat([(0, 0), (20, 5), (40, 0)], [(0, 0), (20, 5), (40, 0)])
-    assert tight._seconds(np.array([(0.0, 0), (20, 5), (40, 0)]), False) == route.layout.ROUTE_BAD       # its arc is below
+    assert tight._seconds(np.array([(0.0, 0), (20, 5), (40, 0)]), False) == route.layout.ROUTE_BAD  # its arc is below
     assert tight._seconds(good, False) < 1
 
 
@@ -113,17 +130,19 @@ def test_a_limit_at_the_top_is_gone_over_there():
 
 def test_closed_forms_of_the_time():
     """Long moves v / a + l / v, short ones 2 sqrt(l / a), and both axes together."""
+
     def time(*points, blend=0.0):
         return route.seconds(np.array(points, float), blend)
+
     assert time((0, 0, 0), (40, 0, 0)) == pytest.approx(0.6)
     assert time((0, 0, 0), (0, 0, 5)) == pytest.approx(0.2)
     assert time((0, 0, 0), (40, 0, 40)) == pytest.approx(0.6)
     assert time((0, 0, 0), (40, 0, 0), (40, 30, 0)) == pytest.approx(0.6 + 0.5)
     assert time((0, 0, 0), (20, 0, 0), (20, 0, 0), (40, 0, 0)) == pytest.approx(0.6)
     assert time((1, 2, 3)) == time((1, 2, 3), (1, 2, 3)) == 0.0
-    radius = 0.5 / (math.sqrt(2) - 1)               # of the arc that is 0.5 mm off a right angle
-    slow, straight = math.sqrt(0.75 ** 0.5 * 500 * radius), 40 + 30 - 2 * radius
-    ramps = 2 * 100 ** 2 / 500 - slow ** 2 / 500
+    radius = 0.5 / (math.sqrt(2) - 1)  # of the arc that is 0.5 mm off a right angle
+    slow, straight = math.sqrt(0.75**0.5 * 500 * radius), 40 + 30 - 2 * radius
+    ramps = 2 * 100**2 / 500 - slow**2 / 500
     expected = 2 * (100 + 100 - slow) / 500 + (straight - ramps) / 100 + radius * math.pi / 2 / slow
     assert time((0, 0, 0), (40, 0, 0), (40, 30, 0), blend=0.5) == pytest.approx(expected)
 

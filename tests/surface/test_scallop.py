@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Step-over from a scallop height: what the cuts leave, along the normal, against what was asked, by brute force over the moves."""
+"""Step-over from a scallop height: what the cuts leave, along the normal, against what was asked, by brute force over
+the moves."""
+
 import itertools
 import math
 
@@ -13,15 +15,17 @@ from chipwise.errors import CycleError
 from chipwise.surface import scallop
 from chipwise.surface.model import Placing
 
-START, ASKED = (-40.0, -40.0, 40.0), 0.05           # mm
-FACETS = 0.004          # mm: a sphere's and a torus' triangles are that much inside of it
+START, ASKED = (-40.0, -40.0, 40.0), 0.05  # mm
+FACETS = 0.004  # mm: a sphere's and a torus' triangles are that much inside of it
 BALL, BULL = Shape(6, 3), Shape(6, 1)
 
 
 def plane(across, along=0):
     """A plane of 12 x 8 mm that rises in Y and X, degrees."""
     x, y = np.array([0.0, 12]), np.array([0.0, 8])
-    return surface_cases.terrain(x, y, math.tan(math.radians(across)) * y[:, None] + math.tan(math.radians(along)) * x[None, :])
+    return surface_cases.terrain(
+        x, y, math.tan(math.radians(across)) * y[:, None] + math.tan(math.radians(along)) * x[None, :]
+    )
 
 
 def torus(large, small, count):
@@ -30,7 +34,9 @@ def torus(large, small, count):
     r = large + small * np.cos(up)
     p = np.stack([r * np.cos(turn), r * np.sin(turn), small * np.sin(up)], axis=2)
     a, b, c, d = p[:-1, :-1], p[:-1, 1:], p[1:, 1:], p[1:, :-1]
-    return np.concatenate([np.stack([a, b, d], axis=2).reshape(-1, 3, 3), np.stack([b, c, d], axis=2).reshape(-1, 3, 3)])
+    return np.concatenate(
+        [np.stack([a, b, d], axis=2).reshape(-1, 3, 3), np.stack([b, c, d], axis=2).reshape(-1, 3, 3)]
+    )
 
 
 STAMPS = itertools.count()
@@ -38,8 +44,20 @@ STAMPS = itertools.count()
 
 def plan_of(tmp_path, triangles, shape, **fields):
     file = surface_cases.write_stl(tmp_path / "model.stl", triangles)
-    known = dict(file=file, stamp=(next(STAMPS),), placing=Placing(), bottom=None, clearance=None, tool=shape, step=3.0, feed=600.0, plunge_feed=200.0, start=START,
-                 stock_is_model=True, scallop=ASKED)
+    known = dict(
+        file=file,
+        stamp=(next(STAMPS),),
+        placing=Placing(),
+        bottom=None,
+        clearance=None,
+        tool=shape,
+        step=3.0,
+        feed=600.0,
+        plunge_feed=200.0,
+        start=START,
+        stock_is_model=True,
+        scallop=ASKED,
+    )
     return surface_plan(SurfaceRequest(**{**known, **fields}))
 
 
@@ -57,7 +75,8 @@ def places(low, high, count=1500):
 
 @pytest.mark.parametrize("degrees", [0, 20, 40, 60])
 def test_planes(tmp_path, degrees):
-    """Across the tracks and along them, both tools: at most what was asked, and the step-over is not needlessly small."""
+    """Across the tracks and along them, both tools: at most what was asked, and the step-over is not needlessly
+    small."""
     for along, shape in ((0, BALL), (30, BALL), (0, BULL)) if degrees else ((0, BALL),):
         plan = plan_of(tmp_path, plane(degrees, along), shape)
         a, b = math.tan(math.radians(along)), math.tan(math.radians(degrees))
@@ -90,7 +109,8 @@ def test_a_step_over_that_is_too_large_is_seen(tmp_path):
 
 
 def test_walls_do_not_stop_it(tmp_path):
-    """Beside a vertical wall along the tracks there is no step-over without a scallop; the number of cuts stays sane."""
+    """Beside a vertical wall along the tracks there is no step-over without a scallop; the number of cuts stays
+    sane."""
     step = np.concatenate([surface_cases.box((0, 0, -5), (25, 20, 0)), surface_cases.box((6, 6, 0), (15.3, 14.1, 4))])
     assert plan_of(tmp_path, step, BALL).cuts < 80
 
@@ -102,13 +122,17 @@ def test_profile_on_a_slope(shape):
     found = scallop.Profile(shape)
     for slope in (0.0, 0.4, 1.7):
         for u in (0.0, 0.9, 2.2, 2.9):
-            s = np.linspace(-1, 1, 20001) * math.sqrt(radius ** 2 - u ** 2)
+            s = np.linspace(-1, 1, 20001) * math.sqrt(radius**2 - u**2)
             expected = (slope * s + height(np.minimum(np.hypot(s, u), radius))).min()
             assert found.left(np.array([u]), np.array([slope]))[0] == pytest.approx(expected, abs=0.003), (slope, u)
 
 
 def test_refused(tmp_path):
-    for value, text in ((0.0, "scallop 0 mm is not above 0"), (float("nan"), "is not above 0"), (1e-5, "scallop 0 mm is below 0.001 mm")):
+    for value, text in (
+        (0.0, "scallop 0 mm is not above 0"),
+        (float("nan"), "is not above 0"),
+        (1e-5, "scallop 0 mm is below 0.001 mm"),
+    ):
         with pytest.raises(CycleError) as error:
             plan_of(tmp_path, plane(0), BALL, scallop=value)
         assert text in str(error.value)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The judges of feed in the air and of LinuxCNC's G71, on paths whose answer is known."""
+
 import math
 import random
 import subprocess
@@ -29,9 +30,17 @@ def test_a_pass_in_stock_cuts_and_the_same_once_more_does_not():
 
 
 def test_a_face_is_cut_on_all_of_its_length():
-    """A step of 3 mm with 0.3 mm on its face: the tool that climbs it cuts, although at its foot it has passed below all of that."""
-    assert measured("G0 X12 Z2", "G1 X12 Z-9.7", "G1 X15.5 Z-9.7", "G0 X16 Z2", "G0 X12 Z-9.5", "G1 X12 Z-10", "G1 X15 Z-10")[1] < 2 + 3.5 + 0.6
-    assert measured("G0 X12 Z2", "G1 X12 Z-10", "G1 X12 Z-9.5", "G1 X12 Z-10", "G1 X12 Z-9.5")[1] == pytest.approx(2 + 1.5, abs=0.1)
+    """A step of 3 mm with 0.3 mm on its face: the tool that climbs it cuts, although at its foot it has passed below
+    all of that."""
+    assert (
+        measured(
+            "G0 X12 Z2", "G1 X12 Z-9.7", "G1 X15.5 Z-9.7", "G0 X16 Z2", "G0 X12 Z-9.5", "G1 X12 Z-10", "G1 X15 Z-10"
+        )[1]
+        < 2 + 3.5 + 0.6
+    )
+    assert measured("G0 X12 Z2", "G1 X12 Z-10", "G1 X12 Z-9.5", "G1 X12 Z-10", "G1 X12 Z-9.5")[1] == pytest.approx(
+        2 + 1.5, abs=0.1
+    )
 
 
 def test_rapids_that_cut_are_seen():
@@ -40,7 +49,12 @@ def test_rapids_that_cut_are_seen():
 
 
 def test_drill_and_boring_bar():
-    drilled = lengths("T1\nG0 X0 Z5\nG1 X0 Z-20\nG0 X0 Z5\nT2\nG0 X6.5 Z2\nG1 X6.5 Z-10\nG1 X6.5 Z-8\n", 1.0, BLANK, {1: DRILL, 2: BORING})
+    drilled = lengths(
+        "T1\nG0 X0 Z5\nG1 X0 Z-20\nG0 X0 Z5\nT2\nG0 X6.5 Z2\nG1 X6.5 Z-10\nG1 X6.5 Z-8\n",
+        1.0,
+        BLANK,
+        {1: DRILL, 2: BORING},
+    )
     assert [drilled[name] for name in ("feed", "air", "rapid")] == pytest.approx([25 + 12 + 2, 5 + 2 + 2, 0], abs=0.2)
     assert [drilled[2, name] for name in ("feed", "air")] == pytest.approx([12 + 2, 2 + 2], abs=0.2)
 
@@ -58,8 +72,13 @@ def test_g71_is_judged(tmp_path, monkeypatch):
     text, _ = plain(case, 1.0, tmp_path)
     assert "G1 " in text
     lower = [line if not line.startswith(("G1", "G2", "G3")) else f"{line} " for line in text.splitlines()]
-    lowered = "\n".join(" ".join(f"X{float(w[1:]) - 0.01:.6f}" if w.startswith("X") else w for w in line.split()) if line.endswith(" ") else line
-                        for line in lower if not line.startswith(("G2", "G3")))
+    lowered = "\n".join(
+        " ".join(f"X{float(w[1:]) - 0.01:.6f}" if w.startswith("X") else w for w in line.split())
+        if line.endswith(" ")
+        else line
+        for line in lower
+        if not line.startswith(("G2", "G3"))
+    )
     monkeypatch.setattr(turning_g71, "run", lambda *_: (lowered, ""))
     assert turning_g71.judged(case, C80, 1.0, tmp_path)["gouge"] > 0.003
     monkeypatch.setattr(turning_g71, "run", plain)
@@ -68,5 +87,6 @@ def test_g71_is_judged(tmp_path, monkeypatch):
 
     def hangs(*_args, **_words):
         raise subprocess.TimeoutExpired("rs274", 1)
+
     monkeypatch.setattr(turning_g71.subprocess, "run", hangs)
     assert turning_g71.judged(case, C80, 1.0, tmp_path) == {"error": "endless"}

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Sums of graphs and tool parts against their definition, sampled: walls, gaps, slivers, arcs on both sides."""
+
 import math
 import random
 
@@ -61,18 +62,26 @@ def test_disc_and_window_are_maxima(k):
     f = random_graph(rng)
     r, u0 = rng.choice((0.05, 0.4, 2.0)), rng.uniform(-3, 1)
     u1 = u0 + rng.uniform(0.01, 10)
-    replay = write_replay(f"turning_graph_{seed}", {"seed": seed, "graph": [list(p) for p in f], "r": r, "window": [u0, u1]})
+    replay = write_replay(
+        f"turning_graph_{seed}", {"seed": seed, "graph": [list(p) for p in f], "r": r, "window": [u0, u1]}
+    )
     points, disc, window = samples(f), reach.disc(f, r), reach.window(f, u0, u1)
     for _ in range(150):
         z = rng.uniform(f[0].z0 - u1, f[-1].z1 - u0)
         within = np.abs(points[:, 0] - z) < r
-        sampled = (points[within, 1] + np.sqrt(r * r - (points[within, 0] - z) ** 2)).max() if within.any() else -math.inf
+        sampled = (
+            (points[within, 1] + np.sqrt(r * r - (points[within, 0] - z) ** 2)).max() if within.any() else -math.inf
+        )
         assert highest(disc, z) >= sampled - 1e-7, f"seed {seed}, {replay}: disc {r} at {z}"
         inside = (points[:, 0] >= z + u0) & (points[:, 0] <= z + u1)
         low = points[inside, 1].max() if inside.any() else -math.inf
         assert highest(window, z) >= low - 1e-7, f"seed {seed}, {replay}: window at {z}"
-        assert highest(window, z) <= _most(points, z + u0 - STEP, z + u1 + STEP) + STEP, f"seed {seed}, {replay}: window at {z}"
-    for p in disc:              # every place of the result is one at which the disc touches the region, and none at which it is farther
+        assert highest(window, z) <= _most(points, z + u0 - STEP, z + u1 + STEP) + STEP, (
+            f"seed {seed}, {replay}: window at {z}"
+        )
+    for (
+        p
+    ) in disc:  # every place of the result is one at which the disc touches the region, and none at which it is farther
         z = 0.5 * (p.z0 + p.z1)
         gap = np.hypot(points[:, 0] - z, points[:, 1] - profile_function.value(p, z)).min()
         assert r - 1e-7 <= gap <= r + 1e-3, f"seed {seed}, {replay}: disc {r} at {z}"

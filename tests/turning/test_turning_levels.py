@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Heights of the levels of roughing: never more than the depth of cut apart, down to the floor, and not longer than a grid from the top."""
+"""Heights of the levels of roughing: never more than the depth of cut apart, down to the floor, and not longer than a
+grid from the top."""
+
 import math
 import random
 
@@ -13,7 +15,8 @@ SAMPLES = 4000
 
 
 def passes(heights, high, surface, floor, z0, z1):
-    """mm of passes, counted place by place: a level passes where stock is left above it and the floor is below the level before."""
+    """mm of passes, counted place by place: a level passes where stock is left above it and the floor is below the
+    level before."""
     total, before = 0.0, high
     places = [z0 + (z1 - z0) * (k + 0.5) / SAMPLES for k in range(SAMPLES)]
     stock = [(at(surface, z), at(floor, z)) for z in places]

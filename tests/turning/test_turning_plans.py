@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Pairs of blank and part with the steps that a turner expects; units, directions, orientations; what is refused."""
+
 import json
 import math
 import os
@@ -42,13 +43,24 @@ def blank_sub(text):
 @pytest.fixture
 def turn(tmp_path, capsys):
     """(text, options) -> (status, plan as data, text of the messages)."""
+
     def run(text, *options):
         (tmp_path / "part.ngc").write_text(text)
-        status = cli.main(["turn", str(tmp_path / "part.ngc"), "--json", str(tmp_path / "plan.json"), "--ini",
-                           os.path.join(ROOT, "configs", "lathe.ini"), *options])
+        status = cli.main(
+            [
+                "turn",
+                str(tmp_path / "part.ngc"),
+                "--json",
+                str(tmp_path / "plan.json"),
+                "--ini",
+                os.path.join(ROOT, "configs", "lathe.ini"),
+                *options,
+            ]
+        )
         out = capsys.readouterr()
         data = json.loads((tmp_path / "plan.json").read_text()) if status != 2 else None
         return status, data, out.out + out.err
+
     return run
 
 
@@ -61,17 +73,32 @@ EXPECTED = [
     (program(SHAFT, bar(z=1), call=G26.replace("I0.3", "I0")), ["face", "rough outside"]),
     # without an allowance the first tool finishes what it reaches; the second one comes for the rest
     (program(GROOVED, bar(), call=G26.replace("I0.3", "I0")), ["rough outside", "rest outside", "groove"]),
-    (program(GROOVED, bar(), tools="ROUGH=1,FINISH=2,GROOVE=3"), ["rough outside", "rest outside", "finish outside", "groove"]),
-    (program(GROOVED, bar(), tools="ROUGH=1,FINISH=2,GROOVE=6"), ["rough outside", "rest outside", "finish outside", "groove"]),
+    (
+        program(GROOVED, bar(), tools="ROUGH=1,FINISH=2,GROOVE=3"),
+        ["rough outside", "rest outside", "finish outside", "groove"],
+    ),
+    (
+        program(GROOVED, bar(), tools="ROUGH=1,FINISH=2,GROOVE=6"),
+        ["rough outside", "rest outside", "finish outside", "groove"],
+    ),
     # the blank is the part
     (program(SHAFT, blank_sub(SHAFT), call=FROM_SUB), []),
     (program(BORED, blank_sub(BORED), call=FROM_SUB), []),
     # a casting: 2 mm more everywhere
-    (program(SHAFT, blank_sub("G0 X11 Z2\nG1 X12 Z-2\nG1 Z-18\nG1 X16\nG1 Z-40\n"), call=FROM_SUB), ["face", "rough outside", "finish outside"]),
+    (
+        program(SHAFT, blank_sub("G0 X11 Z2\nG1 X12 Z-2\nG1 Z-18\nG1 X16\nG1 Z-40\n"), call=FROM_SUB),
+        ["face", "rough outside", "finish outside"],
+    ),
     # finished to the last 0.3 mm: no roughing
-    (program(SHAFT, blank_sub("G0 X8.3 Z0\nG1 X10.2 Z-1.8\nG1 Z-19.8\nG1 X14.2\nG1 Z-40\n"), call=FROM_SUB), ["finish outside"]),
+    (
+        program(SHAFT, blank_sub("G0 X8.3 Z0\nG1 X10.2 Z-1.8\nG1 Z-19.8\nG1 X14.2\nG1 Z-40\n"), call=FROM_SUB),
+        ["finish outside"],
+    ),
     # a half that is finished
-    (program(SHAFT, blank_sub("G0 X12 Z0\nG1 Z-20\nG1 X14\nG1 Z-40\n"), call=FROM_SUB), ["rough outside", "finish outside"]),
+    (
+        program(SHAFT, blank_sub("G0 X12 Z0\nG1 Z-20\nG1 X14\nG1 Z-40\n"), call=FROM_SUB),
+        ["rough outside", "finish outside"],
+    ),
     # bores: solid, drilled, bored to the last 0.3 mm
     (program(BORED, bar(28), tools="ROUGH=1,FINISH=2,DRILL=5"), ["drill"]),
     (program(BORED, bar(28), tools="ROUGH=7,FINISH=7,DRILL=5"), ["drill", "rough inside", "finish inside"]),
@@ -85,16 +112,41 @@ EXPECTED = [
     (program(PIN, bar(8), tools="ROUGH=1,FINISH=2,PARTOFF=6"), ["part off"]),
     (program(PIN, bar(8, 0.8), tools="ROUGH=1,FINISH=2,PARTOFF=6"), ["face", "finish outside", "part off"]),
     # a flange with a stepped bore: from bar, tube, casting, either side finished
-    (program(FLANGE, bar(56, 1), tools=INSIDE), ["face", "drill", "rough outside", "rough inside", "finish outside", "finish inside"]),
-    (program(FLANGE, bar(56, 0, ",BORE=14"), tools=INSIDE), ["rough outside", "rough inside", "finish outside", "finish inside"]),
-    (program(FLANGE, bar(56, 1, ",BORE=14"), tools=INSIDE), ["face", "rough outside", "rough inside", "finish outside", "finish inside"]),
-    (program(FLANGE, blank_sub("G0 X7 Z-30\nG1 Z-4\nG1 X8.5\nG1 Z1.5\nG1 X21.5\nG1 Z-7\nG1 X27\nG1 Z-30\n"), call=FROM_SUB, tools=INSIDE),
-     ["face", "rough outside", "rough inside", "finish outside", "finish inside"]),
-    (program(FLANGE, blank_sub("G0 X7 Z-25\nG1 Z0\nG1 X20\nG1 Z-8\nG1 X26\nG1 Z-25\n"), call=FROM_SUB, tools=INSIDE), ["rough inside", "finish inside"]),
-    (program(FLANGE, blank_sub("G0 X8 Z-25\nG1 Z-5\nG1 X10\nG1 Z0\nG1 X27\nG1 Z-25\n"), call=FROM_SUB, tools=INSIDE), ["rough outside", "finish outside"]),
+    (
+        program(FLANGE, bar(56, 1), tools=INSIDE),
+        ["face", "drill", "rough outside", "rough inside", "finish outside", "finish inside"],
+    ),
+    (
+        program(FLANGE, bar(56, 0, ",BORE=14"), tools=INSIDE),
+        ["rough outside", "rough inside", "finish outside", "finish inside"],
+    ),
+    (
+        program(FLANGE, bar(56, 1, ",BORE=14"), tools=INSIDE),
+        ["face", "rough outside", "rough inside", "finish outside", "finish inside"],
+    ),
+    (
+        program(
+            FLANGE,
+            blank_sub("G0 X7 Z-30\nG1 Z-4\nG1 X8.5\nG1 Z1.5\nG1 X21.5\nG1 Z-7\nG1 X27\nG1 Z-30\n"),
+            call=FROM_SUB,
+            tools=INSIDE,
+        ),
+        ["face", "rough outside", "rough inside", "finish outside", "finish inside"],
+    ),
+    (
+        program(FLANGE, blank_sub("G0 X7 Z-25\nG1 Z0\nG1 X20\nG1 Z-8\nG1 X26\nG1 Z-25\n"), call=FROM_SUB, tools=INSIDE),
+        ["rough inside", "finish inside"],
+    ),
+    (
+        program(FLANGE, blank_sub("G0 X8 Z-25\nG1 Z-5\nG1 X10\nG1 Z0\nG1 X27\nG1 Z-25\n"), call=FROM_SUB, tools=INSIDE),
+        ["rough outside", "finish outside"],
+    ),
     (program(FLANGE, blank_sub(FLANGE), call=FROM_SUB, tools=INSIDE), []),
     # bores
-    (program(BLIND, bar(30, 0.5), tools=INSIDE), ["face", "drill", "rough outside", "rough inside", "finish outside", "finish inside"]),
+    (
+        program(BLIND, bar(30, 0.5), tools=INSIDE),
+        ["face", "drill", "rough outside", "rough inside", "finish outside", "finish inside"],
+    ),
     (program(BORED, bar(28, 1, ",BORE=12"), tools=INSIDE), ["face", "rough inside", "finish outside", "finish inside"]),
     (program(BORED, bar(28, bore=",BORE=12"), tools=INSIDE, call=G26.replace("I0.3", "I0")), ["rough inside"]),
     # one cut, a face alone, a cone, a ball, a hollow
@@ -103,11 +155,17 @@ EXPECTED = [
     (program(TAPER, bar(26)), ["rough outside", "finish outside"]),
     (program(TAPER, blank_sub("G0 X6.2 Z0\nG1 X12.2 Z-40\nG1 Z-50\n"), call=FROM_SUB), ["finish outside"]),
     (program(BALL, bar(22)), ["rough outside", "finish outside"]),
-    (program(BALL, blank_sub("G0 X0 Z1\nG1 X11\nG1 Z-25\n"), call=FROM_SUB), ["face", "rough outside", "finish outside"]),
+    (
+        program(BALL, blank_sub("G0 X0 Z1\nG1 X11\nG1 Z-25\n"), call=FROM_SUB),
+        ["face", "rough outside", "finish outside"],
+    ),
     (program(HOLLOW, bar(22), tools="ROUGH=1,FINISH=4"), ["rough outside", "rest outside", "finish outside"]),
     # a chuck, the drawing in reverse
     (program(SHAFT, bar(z=1), more="G22 X20 Z-34\n"), ["face", "rough outside", "finish outside"]),
-    (program("G0 X14 Z-30\nG1 Z-20\nG1 X10\nG1 Z-2\nG1 X8 Z0\n", bar(z=1)), ["face", "rough outside", "finish outside"]),
+    (
+        program("G0 X14 Z-30\nG1 Z-20\nG1 X10\nG1 Z-2\nG1 X8 Z0\n", bar(z=1)),
+        ["face", "rough outside", "finish outside"],
+    ),
 ]
 
 
@@ -128,7 +186,7 @@ def test_residue_is_listed_by_the_lines_of_the_sub(turn, tmp_path):
     status, plan, said = turn(program(GROOVED, bar(z=0)), "--steps", str(tmp_path / "steps.toml"))
     lines = {line for r in plan["residue"] for line in r["lines"]}
     first = program(GROOVED, bar(z=0)).split("\n").index("O100 sub") + 1
-    assert status == 1 and first + 4 in lines, said         # the pocket's bottom
+    assert status == 1 and first + 4 in lines, said  # the pocket's bottom
     assert max(r["height_mm"] for r in plan["residue"]) == pytest.approx(3.0, abs=0.01)
 
 
@@ -136,21 +194,26 @@ def test_residue_has_the_area_of_closed_forms(turn, tmp_path):
     """Fillets of the nose at the foot of walls, and the shadow of the back edge beside a wall that faces away."""
     (tmp_path / "steps.toml").write_text('steps = ["rough outside", "rest outside", "finish outside"]\n')
     _, plan, _ = turn(program(GROOVED, bar(z=0)), "--steps", str(tmp_path / "steps.toml"))
-    r, h, a = 0.4, 3.0, math.radians(30.0)              # D55: J32 less 2 degrees of relief
+    r, h, a = 0.4, 3.0, math.radians(30.0)  # D55: J32 less 2 degrees of relief
     fillet = r * r * (1 - math.pi / 4)
     shadow = h * h / (2 * math.tan(a)) + r * r * (math.tan(a / 2) - a / 2)
     assert [x["area_mm2"] for x in plan["residue"]] == pytest.approx([shadow, fillet, fillet], abs=1e-5)
 
 
 def controlled(text):
-    return [(tool, kind, [round(v * (25.4 if "G20" in text else 1), 3) for v in points[-1]]) for tool, kind, points in moves(text, 1.0)]
+    return [
+        (tool, kind, [round(v * (25.4 if "G20" in text else 1), 3) for v in points[-1]])
+        for tool, kind, points in moves(text, 1.0)
+    ]
 
 
 def scaled(text, unit, diameter):
     """A program's text of radii in mm, in other units."""
+
     def number(match):
         letter, value = match.group(1), float(match.group(2)) / unit
         return f"{letter}{value * (2 if diameter and letter == 'X' else 1):.9f}"
+
     text = re.sub(r"\b([XZIDFE])(-?[\d.]+)", number, text)
     text = re.sub(r"(DIAMETER=|ZMIN=|ZMAX=)(-?[\d.]+)", lambda m: f"{m.group(1)}{float(m.group(2)) / unit:.9f}", text)
     return text.replace("G21", "G20" if unit > 1 else "G21").replace("G8", "G7" if diameter else "G8")
@@ -177,7 +240,8 @@ OFFSETS = {1: (1, -1), 2: (1, 1), 6: (1, 0), 9: (0, 0), 5: (0, -1), 7: (0, 1)}
 
 @pytest.mark.parametrize("q", OFFSETS)
 def test_the_orientation_moves_the_controlled_point_only(turn, tmp_path, q):
-    """The centre of the nose, from the controlled point by LinuxCNC's picture, has the same path for all orientations."""
+    """The centre of the nose, from the controlled point by LinuxCNC's picture, has the same path for all
+    orientations."""
     centres = []
     for orientation in (2, q):
         folder = tmp_path / f"q{orientation}"
@@ -186,10 +250,17 @@ def test_the_orientation_moves_the_controlled_point_only(turn, tmp_path, q):
             with open(os.path.join(ROOT, "configs", name)) as file:
                 (folder / name).write_text(file.read())
         (folder / "lathe.tbl").write_text(TABLE.format(q=orientation))
-        status, _, said = turn(program(SHAFT, bar(z=1)), "-o", str(folder / "out.ngc"), "--ini", str(folder / "lathe.ini"))
+        status, _, said = turn(
+            program(SHAFT, bar(z=1)), "-o", str(folder / "out.ngc"), "--ini", str(folder / "lathe.ini")
+        )
         assert status in (0, 1), said
         dx, dz = OFFSETS[orientation]
-        centres.append([(kind, p[-1][0] + 0.4 * dz, p[-1][1] + 0.4 * dx) for _, kind, p in moves((folder / "out.ngc").read_text(), 1.0)])
+        centres.append(
+            [
+                (kind, p[-1][0] + 0.4 * dz, p[-1][1] + 0.4 * dx)
+                for _, kind, p in moves((folder / "out.ngc").read_text(), 1.0)
+            ]
+        )
     assert len(centres[0]) == len(centres[1])
     for a, b in zip(*centres):
         assert a[0] == b[0] and a[1:] == pytest.approx(b[1:], abs=2e-6)
@@ -243,9 +314,16 @@ def test_what_is_refused(turn, tmp_path, text, words):
     assert not (tmp_path / "out.ngc").exists()
 
 
-TOOL_FAULTS = [("T1 P1 D0.8 I85 J85 Q2", "no insert between them"), ("T1 P1 D0.8 I85 J5 Q0", "orientation Q0"), ("T1 P1 I85 J5 Q2", "nose diameter"),
-               ("T1 P1 D0.8 I-30 J30 Q7", "point along Z"), ("T1 P1 D0.8 I85 J1 Q2", "relief"), ("T1 P1 D0.8 I275 J335 Q2", "different sides"),
-               ("T1 P1 D0.8 Q2", "no insert between them"), ("T1 P1 Dnan I85 J5 Q2", "cannot be read")]
+TOOL_FAULTS = [
+    ("T1 P1 D0.8 I85 J85 Q2", "no insert between them"),
+    ("T1 P1 D0.8 I85 J5 Q0", "orientation Q0"),
+    ("T1 P1 I85 J5 Q2", "nose diameter"),
+    ("T1 P1 D0.8 I-30 J30 Q7", "point along Z"),
+    ("T1 P1 D0.8 I85 J1 Q2", "relief"),
+    ("T1 P1 D0.8 I275 J335 Q2", "different sides"),
+    ("T1 P1 D0.8 Q2", "no insert between them"),
+    ("T1 P1 Dnan I85 J5 Q2", "cannot be read"),
+]
 
 
 @pytest.mark.parametrize("line, words", TOOL_FAULTS)
@@ -269,27 +347,44 @@ def test_a_tool_without_its_geometry_is_refused(turn, tmp_path, key, words):
 
 @pytest.mark.parametrize("tool, allowance, radius", [(4, 0.3, 30), (2, 0.6, 30), (4, 0.6, 15)])
 def test_a_face_is_finished_to_the_axis(turn, tmp_path, tool, allowance, radius):
-    """The holder beside the nose meets the allowance of a large face while it is cut from the axis: what stays then is cut afterwards."""
+    """The holder beside the nose meets the allowance of a large face while it is cut from the axis: what stays then is
+    cut afterwards."""
     bar_, part = bar(2 * radius + 4, 1), f"G0 X0 Z0\nG1 X{radius}\nG1 Z-20\n"
     text = program(part, bar_, tools=f"ROUGH=1,FINISH={tool}", call=G26.replace("I0.3", f"I{allowance}"))
     _, plan, said = turn(text, "-o", str(tmp_path / "out.ngc"))
     assert all(r["z"][1] < -19.0 for r in plan["residue"]), said
-    cut = sorted({round(x, 2) for _, kind, points in moves((tmp_path / "out.ngc").read_text(), 1.0) if kind == "feed" for z, x in points if abs(z) < 1e-5 and x < radius})
-    assert cut[0] <= 0.0 and cut[-1] >= radius - 0.5 and max(b - a for a, b in zip(cut, cut[1:])) < 0.11      # sampled 0.05 mm apart
+    cut = sorted(
+        {
+            round(x, 2)
+            for _, kind, points in moves((tmp_path / "out.ngc").read_text(), 1.0)
+            if kind == "feed"
+            for z, x in points
+            if abs(z) < 1e-5 and x < radius
+        }
+    )
+    assert (
+        cut[0] <= 0.0 and cut[-1] >= radius - 0.5 and max(b - a for a, b in zip(cut, cut[1:])) < 0.11
+    )  # sampled 0.05 mm apart
 
 
 def test_what_stays_in_front_of_the_face_is_residue(turn, tmp_path):
     (tmp_path / "steps.toml").write_text('steps = ["face", "rough outside"]\n')
     status, plan, said = turn(program(PIN, bar(z=1)), "--steps", str(tmp_path / "steps.toml"))
     assert status == 1 and plan["residue"][0]["z"][1] == pytest.approx(0.3, abs=1e-5), said
-    _, plan, said = turn(program(BORED, bar(d=30, z=1, bore=",BORE=14"), tools="ROUGH=1"), "--steps", str(tmp_path / "steps.toml"))
+    _, plan, said = turn(
+        program(BORED, bar(d=30, z=1, bore=",BORE=14"), tools="ROUGH=1"), "--steps", str(tmp_path / "steps.toml")
+    )
     assert plan["residue"][0]["height_mm"] == pytest.approx(14.3 - 7.0, abs=0.01), said
 
 
-@pytest.mark.parametrize("bottom", ["G0 X0 Z-25\nG1 X8 Z-20\n", "G0 X0 Z-25\nG1 X6.3 Z-21.2145\n", "G0 X0 Z-25\nG2 X8 Z-17 I0 K8\n"])
+@pytest.mark.parametrize(
+    "bottom", ["G0 X0 Z-25\nG1 X8 Z-20\n", "G0 X0 Z-25\nG1 X6.3 Z-21.2145\n", "G0 X0 Z-25\nG2 X8 Z-17 I0 K8\n"]
+)
 def test_a_bore_that_ends_on_the_axis_is_drilled(turn, tmp_path, bottom):
     """In a cone or a ball the drill goes as deep as its point stays inside by the allowance."""
-    _, plan, said = turn(program(bottom + "G1 Z0\nG1 X14\nG1 Z-40\n", bar(z=1), tools=INSIDE), "-o", str(tmp_path / "out.ngc"))
+    _, plan, said = turn(
+        program(bottom + "G1 Z0\nG1 X14\nG1 Z-40\n", bar(z=1), tools=INSIDE), "-o", str(tmp_path / "out.ngc")
+    )
     drill = next(s for s in plan["steps"] if s["name"] == "drill")
     assert drill["needed"] and -24.7 <= drill["z"][0] < -21.0, said
     assert sum(r["area_mm2"] for r in plan["residue"] if r["side"] == "inside") < 8.0, said
@@ -333,7 +428,12 @@ def test_the_program_itself_is_not_overwritten(tmp_path, capsys):
 
 def test_the_plan_as_data_does_not_overwrite_the_program(tmp_path, capsys):
     (tmp_path / "part.ngc").write_text(program(SHAFT, bar()))
-    assert cli.main(["turn", str(tmp_path / "part.ngc"), "-o", str(tmp_path / "out.ngc"), "--json", str(tmp_path / "out.ngc")]) == 2
+    assert (
+        cli.main(
+            ["turn", str(tmp_path / "part.ngc"), "-o", str(tmp_path / "out.ngc"), "--json", str(tmp_path / "out.ngc")]
+        )
+        == 2
+    )
     assert "-o and --json are the same file" in capsys.readouterr().err and not (tmp_path / "out.ngc").exists()
 
 
@@ -344,6 +444,6 @@ def test_steps_in_another_order(turn, tmp_path):
     (tmp_path / "steps.toml").write_text('steps = ["finish outside"]\n')
     status, plan, said = turn(program(SHAFT, bar(z=1)), "--steps", str(tmp_path / "steps.toml"))
     assert status == 1 and "T2 leaves what is thicker than 0.45 mm" in said
-    assert max(r["height_mm"] for r in plan["residue"]) > 4.0       # a finishing tool does not rough
+    assert max(r["height_mm"] for r in plan["residue"]) > 4.0  # a finishing tool does not rough
     (tmp_path / "steps.toml").write_text('steps = ["polish"]\n')
     assert "polish is not a step" in turn(program(SHAFT, bar(z=1)), "--steps", str(tmp_path / "steps.toml"))[2]

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Random parts, planned and written as G-code, judged by an oracle written apart (support/turning_oracle.py)."""
+
 import random
 import re
 import time
@@ -48,8 +49,11 @@ def test_tools_keep_the_clearance_of_a_barrier(k, tmp_path):
     """Chuck and tailstock, 1 mm larger on all sides, are not entered; without the clearance they are."""
     rng = random.Random(f"clearance {random_seed()} {k}")
     case = tailstock_case(rng)
-    larger = replace(case, tailstock=(case.tailstock[0] + 1.0, case.tailstock[1] - 1.0, case.tailstock[2] + 1.0),
-                     barrier=(case.barrier[0] + 1.0, case.barrier[1] + 1.0) if case.barrier else ())
+    larger = replace(
+        case,
+        tailstock=(case.tailstock[0] + 1.0, case.tailstock[1] - 1.0, case.tailstock[2] + 1.0),
+        barrier=(case.barrier[0] + 1.0, case.barrier[1] + 1.0) if case.barrier else (),
+    )
     _, request, machine, text = planned(case, tmp_path, 1.0)
     found, _, _ = judge(text, request.scale, larger, machine.tools)
     assert found["gouge"] <= 0.001, f"{found}\n{case.text}"
@@ -59,7 +63,12 @@ def test_a_clearance_that_is_not_kept_is_seen(tmp_path):
     """Without a clearance an insert goes to the chuck, behind a part that ends there."""
     case = random_case(random.Random(3), "D55", 0.0)
     end = case.outside[-1][0]
-    case = replace(case, text=re.sub(r"G22 .*\n", "", case.text).replace("G26 ", f"G22 X60 Z{(end - 0.1) / (25.4 if 'G20' in case.text else 1.0):.9f}\nG26 "))
+    case = replace(
+        case,
+        text=re.sub(r"G22 .*\n", "", case.text).replace(
+            "G26 ", f"G22 X60 Z{(end - 0.1) / (25.4 if 'G20' in case.text else 1.0):.9f}\nG26 "
+        ),
+    )
     for clearance, kept in ((0.0, False), (1.0, True)):
         _, request, machine, text = planned(case, tmp_path, clearance)
         larger = replace(case, barrier=(25.0, end + 0.9))
@@ -79,7 +88,8 @@ def test_the_library_judges_as_the_text_of_the_oracle_does(tmp_path, monkeypatch
 
 
 def test_what_a_second_finish_finds_too_thick_stays(tmp_path):
-    """The first one lowers the stock beside the holder, which then reaches stock that roughing could not: the plan was refused (part 3614 of seed 20261125)."""
+    """The first one lowers the stock beside the holder, which then reaches stock that roughing could not: the plan was
+    refused (part 3614 of seed 20261125)."""
     case = random_case(random.Random(20261125 * 100_003 + 3614))
     plan, request, machine, text = planned(case, tmp_path)
     assert judge(text, request.scale, case, machine.tools)[0]["gouge"] <= 0.001
@@ -96,7 +106,10 @@ def test_the_oracle_sees_a_wrong_path(name, code, shift, tmp_path):
     _, request, machine, text = planned(case, tmp_path)
 
     def moved(match):
-        return f"G{match.group(1)} X{float(match.group(2)) + shift[1] / request.scale:.6f} Z{float(match.group(3)) + shift[0] / request.scale:.6f}"
+        return (
+            f"G{match.group(1)} X{float(match.group(2)) + shift[1] / request.scale:.6f} "
+            f"Z{float(match.group(3)) + shift[0] / request.scale:.6f}"
+        )
 
     wrong = re.sub(rf"^G([{code}]) X(-?[\d.]+) Z(-?[\d.]+)", moved, text, flags=re.M)
     assert judge(text, request.scale, case, machine.tools)[0][name] <= 0.002

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Parts that are stopped at any stage and finished by a second plan: gouge, rapids in stock and feed by the oracle; which file is used."""
+"""Parts that are stopped at any stage and finished by a second plan: gouge, rapids in stock and feed by the oracle;
+which file is used."""
+
 import json
 import os
 import random
@@ -38,7 +40,9 @@ def test_a_stopped_part_is_finished_without_gouge_or_collision(k, tmp_path):
     plan, request, machine, text = planned(case, tmp_path)
     stage, number, count = stop(rng, plan)
     second = finished(plan, stage)
-    found, _, _ = judge(stopped(text, number, count) + nc.program(second, request, "rest"), request.scale, case, machine.tools)
+    found, _, _ = judge(
+        stopped(text, number, count) + nc.program(second, request, "rest"), request.scale, case, machine.tools
+    )
     wrong = f"seed {seed}, step {number}, {count} moves, {replay}: {found}"
     assert found["gouge"] <= 0.001 and found["rapid"] <= 0.002 and found["holder"] <= 0.001, wrong
     assert sum(r.area for r in second.residue) <= sum(r.area for r in plan.residue) + 0.01, wrong
@@ -82,18 +86,27 @@ def test_a_file_has_what_was_written(part):
     plan, key, path, _record = part
     found, wanted = stock_file.read(path), resume.stages(plan).stages[3]
     assert found.key == key and found.begun and not found.asked and found.stage.step == wanted.step
-    assert [p[:7] for p in found.stage.outside] == [p[:7] for p in wanted.outside] and [p[:7] for p in found.stage.bore] == [p[:7] for p in wanted.bore]
+    assert [p[:7] for p in found.stage.outside] == [p[:7] for p in wanted.outside] and [
+        p[:7] for p in found.stage.bore
+    ] == [p[:7] for p in wanted.bore]
     choice = resume.choose(plan.order, path, key)
-    assert choice.stage == found.stage and said(choice) == [f"chipwise: planned from what the step {wanted.step} has left"]
+    assert choice.stage == found.stage and said(choice) == [
+        f"chipwise: planned from what the step {wanted.step} has left"
+    ]
     assert f"in the step {wanted.step} goes on" in resume.question(choice).text()
 
 
 def test_threads_that_are_cut_are_known(tmp_path):
     """They leave no trace in r(z)."""
     from chipwise.turning.thread_comment import Thread
+
     plan, *_ = planned(random_case(random.Random(5)), tmp_path)
     thread = Thread(-20.0, -5.0, 10.0, 1.5, 0.92, True, False, 800, False, 12)
-    record = stock_file.write(str(tmp_path / "t"), stock_file.key_of(plan.order, "a", ZERO), [resume.stages(plan).stages[0]._replace(step="thread outside", threads=(thread,))])
+    record = stock_file.write(
+        str(tmp_path / "t"),
+        stock_file.key_of(plan.order, "a", ZERO),
+        [resume.stages(plan).stages[0]._replace(step="thread outside", threads=(thread,))],
+    )
     found = stock_file.read(record.path)
     assert found.begun and found.stage.threads == (replace(thread, line=0),)
 
@@ -101,10 +114,13 @@ def test_threads_that_are_cut_are_known(tmp_path):
 def test_lines_that_were_lost_or_torn_leave_more_stock(part):
     plan, key, path, record = part
     with open(path, "ab") as file:
-        file.write(b'{"token": "another", "done": 5}\n{"done": 5}\n[1]\nnull\n\xc3\xa9{\n{"token": "%s", "done": 99}\n{"token": "%s", "done": 5' % ((record.token.encode(),) * 2))
+        file.write(
+            b'{"token": "another", "done": 5}\n{"done": 5}\n[1]\nnull\n\xc3\xa9{\n{"token": "%s", "done": 99}\n'
+            b'{"token": "%s", "done": 5' % ((record.token.encode(),) * 2)
+        )
     assert stock_file.read(path).stage == resume.choose(plan.order, path, key).stage
     assert stock_file.read(path).stage.outside == [p._replace(line=0) for p in resume.stages(plan).stages[3].outside]
-    stock_file.note(record, 4)                    # it is joined to the torn line, and lost
+    stock_file.note(record, 4)  # it is joined to the torn line, and lost
     assert stock_file.read(path).stage.outside == [p._replace(line=0) for p in resume.stages(plan).stages[3].outside]
     stock_file.note(record, 5)
     assert stock_file.read(path).stage.outside == [p._replace(line=0) for p in resume.stages(plan).stages[5].outside]
@@ -114,16 +130,24 @@ def test_nothing_cut_is_a_whole_blank(part):
     plan, key, path, _record = part
     stock_file.write(path, key, resume.stages(plan).stages)
     assert resume.choose(plan.order, path, key).stage is None and resume.choose(plan.order, path, key).notes == ()
-    assert resume.choose(plan.order, path + ".other", key).stage is None and resume.choose(plan.order, "", key).notes == ()
+    assert (
+        resume.choose(plan.order, path + ".other", key).stage is None and resume.choose(plan.order, "", key).notes == ()
+    )
 
 
 def test_in_doubt_the_whole_blank_is_planned(part):
     """Another program, part, blank or work offset; a question without an answer.  The reason is said."""
     plan, key, path, record = part
-    for changed, words in ((dict(program="/nc/other.ngc"), "it is of another program, part.ngc"), (dict(part="0"), "the part is drawn in another way"),
-                           (dict(blank="0"), "the blank is another one"), (dict(zero=(-120.002, 0.0)), "the work offset has changed")):
+    for changed, words in (
+        (dict(program="/nc/other.ngc"), "it is of another program, part.ngc"),
+        (dict(part="0"), "the part is drawn in another way"),
+        (dict(blank="0"), "the blank is another one"),
+        (dict(zero=(-120.002, 0.0)), "the work offset has changed"),
+    ):
         choice = resume.choose(plan.order, path, key._replace(**changed))
-        assert choice.stage is None and words in said(choice)[0] and said(choice)[0].endswith("the whole blank is planned"), said(choice)
+        assert (
+            choice.stage is None and words in said(choice)[0] and said(choice)[0].endswith("the whole blank is planned")
+        ), said(choice)
         assert total_length(choice.plan.steps) == total_length(plan.steps)
     stock_file.note(record, stock_file.ASKED)
     choice = resume.choose(plan.order, path, key)
@@ -143,9 +167,15 @@ def test_what_another_blank_or_part_is(tmp_path):
     moved = [p._replace(line=p.line + 7) for p in plan.order.part.outside]
     assert stock_file.key_of(replace(plan.order, part=replace(plan.order.part, outside=moved)), "a", ZERO) == key
     wider = [p._replace(xr=p.xr + 1e-9) for p in plan.order.blank.outside]
-    assert stock_file.key_of(replace(plan.order, blank=replace(plan.order.blank, outside=wider)), "a", ZERO).blank != key.blank
+    assert (
+        stock_file.key_of(replace(plan.order, blank=replace(plan.order.blank, outside=wider)), "a", ZERO).blank
+        != key.blank
+    )
     thinner = [p._replace(xr=p.xr - 1e-9) for p in plan.order.part.outside]
-    assert stock_file.key_of(replace(plan.order, part=replace(plan.order.part, outside=thinner)), "a", ZERO).part != key.part
+    assert (
+        stock_file.key_of(replace(plan.order, part=replace(plan.order.part, outside=thinner)), "a", ZERO).part
+        != key.part
+    )
 
 
 def test_a_finished_part_is_not_nothing_to_do(part):
@@ -172,7 +202,7 @@ def damaged(text):
     head, *lines = text.split("\n")
     yield text.replace('"slope"', "").replace("0.0, 0.0, 0]", "0.0, 0.1, 0]", 1)
     yield "\n".join([head, *lines[1:]])
-    yield "\n".join([json.dumps({**json.loads(head), "stages": 10 ** 9}), *lines])
+    yield "\n".join([json.dumps({**json.loads(head), "stages": 10**9}), *lines])
     yield "\n".join([json.dumps({**json.loads(head), "stages": 0}), *lines])
     yield "\n".join([json.dumps({**json.loads(head), "chipwise turning stock": 2}), *lines])
     yield from ("", "\n", "{}", "[]\n", "null\n", "[" * 100_000, "\0" * 100, text[:200])
@@ -186,7 +216,9 @@ def test_a_file_that_cannot_be_used_is_named(part, tmp_path):
         with open(path, "w", encoding="utf-8") as file:
             file.write(wrong)
         choice = resume.choose(plan.order, path, key)
-        assert choice.stage is None and said(choice)[0].startswith("chipwise: turning.jsonl: it is not what chipwise has written; remove the file; "), (k, said(choice))
+        assert choice.stage is None and said(choice)[0].startswith(
+            "chipwise: turning.jsonl: it is not what chipwise has written; remove the file; "
+        ), (k, said(choice))
     with open(path, "wb") as file:
         file.write(b"\xff\xfe\x00")
     assert "it is not UTF-8" in said(resume.choose(plan.order, path, key))[0]
@@ -200,7 +232,10 @@ def test_a_file_that_cannot_be_used_is_named(part, tmp_path):
 def test_a_long_profile_makes_no_long_file(part):
     """More cuts than a file holds: every second or third of them is kept, and the end of each step."""
     plan, *_ = part
-    many = [replace(s, cuts=[(k + 1, s.after[False] * 30) for k in range(200)]) if s.name == "rough outside" else s for s in plan.steps]
+    many = [
+        replace(s, cuts=[(k + 1, s.after[False] * 30) for k in range(200)]) if s.name == "rough outside" else s
+        for s in plan.steps
+    ]
     found = resume.stages(replace(plan, steps=tuple(many)))
     pieces = sum(len(s.outside) for s in found.stages)
     assert pieces < 1.2 * resume.MOST_PIECES + 20 * len(found.stages)
@@ -231,16 +266,28 @@ def test_the_preview_shows_what_a_run_would_do_and_writes_nothing(tmp_path):
     request, lathe = read_request(PROGRAM), Machine(Ini(str(ini)), load_settings(str(ini)), str(ini))
     order = make_order(job_of(str(tmp_path / "program.ngc"), request, lathe), PROGRAM, request, lathe)
     stages = resume.stages(make_plan(order)).stages
-    stock_file.note(stock_file.write(str(tmp_path / "turning.stock"), stock_file.key_of(order, str(tmp_path / "program.ngc"), (0.0, 0.0)), stages), 4)
+    stock_file.note(
+        stock_file.write(
+            str(tmp_path / "turning.stock"), stock_file.key_of(order, str(tmp_path / "program.ngc"), (0.0, 0.0)), stages
+        ),
+        4,
+    )
     content = (tmp_path / "turning.stock").read_bytes()
 
     def feeds(text):
         seen = preview(tmp_path, ini, text)
         assert not seen.error, seen.error
         return [m for m in seen.between("begin", "end") if m[0] != "rapid"], seen.messages
+
     (left, said), (shown, whole_plan) = feeds(PROGRAM), feeds(PROGRAM.replace("G26 Q100", "G26 Q100 H1"))
-    assert said[0] == "chipwise: G26: planned from what the step rough outside has left (line 6)" and whole_plan[0] == said[0] and shown == []
-    assert feeds(PROGRAM.replace("G26 Q100", "G27 Q100 L3"))[1][0].startswith("chipwise: G27: step 3, rough outside: T1")
+    assert (
+        said[0] == "chipwise: G26: planned from what the step rough outside has left (line 6)"
+        and whole_plan[0] == said[0]
+        and shown == []
+    )
+    assert feeds(PROGRAM.replace("G26 Q100", "G27 Q100 L3"))[1][0].startswith(
+        "chipwise: G27: step 3, rough outside: T1"
+    )
     moved, words = feeds(PROGRAM.replace("G0 X60", "G10 L2 P1 Z-1\nG0 X60"))
     assert "the work offset has changed" in words[0]
     ini.write_text(ini.read_text().replace("[CHIPWISE]\n", "[CHIPWISE]\nTURNING_STOCK =\n"))

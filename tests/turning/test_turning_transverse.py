@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Roughing in columns towards the axis: where it is chosen, that it is shorter, and that nothing is touched (support/turning_oracle.py)."""
+"""Roughing in columns towards the axis: where it is chosen, that it is shorter, and that nothing is touched
+(support/turning_oracle.py)."""
+
 import json
 import os
 import random
@@ -18,43 +20,74 @@ from support.turning_oracle import judge
 from support.turning_random import Case, random_case
 from support.turning_rig import Machine, planned
 
-RAPID, RETURN_MM = 0.1, 1.0         # as docs/design/turning.md says: what a mm of rapid and the return of a cut count
+RAPID, RETURN_MM = 0.1, 1.0  # as docs/design/turning.md says: what a mm of rapid and the return of a cut count
 
 
 def disc(step, hub, allowance=0.3, depth=1.0, radius=40.0):
     """Program of a disc whose hub, of radius `hub`, is `step` mm long."""
-    return "\n".join([f"(WORKPIECE,CYLINDER,AXIS=Z,DIAMETER={2 * radius},ZMIN=-50,ZMAX=0)", "(LATHE,ROUGH=1,FINISH=2)", "G21 G18 G8 G94 G97 S500 M3",
-                      f"G26 Q100 I{allowance} D{depth} F100 E50", "M2", "O100 sub", f"G0 X{hub} Z0", f"G1 Z-{step}", "G1 X38", "G1 Z-20", "O100 endsub", ""])
+    return "\n".join(
+        [
+            f"(WORKPIECE,CYLINDER,AXIS=Z,DIAMETER={2 * radius},ZMIN=-50,ZMAX=0)",
+            "(LATHE,ROUGH=1,FINISH=2)",
+            "G21 G18 G8 G94 G97 S500 M3",
+            f"G26 Q100 I{allowance} D{depth} F100 E50",
+            "M2",
+            "O100 sub",
+            f"G0 X{hub} Z0",
+            f"G1 Z-{step}",
+            "G1 X38",
+            "G1 Z-20",
+            "O100 endsub",
+            "",
+        ]
+    )
 
 
 @pytest.fixture
 def rough(tmp_path, capsys):
     """(program, line of T1 in the tool table, its holder) -> (plan's data of rough outside, text)."""
+
     def run(text, line="T1 P1 D0.8 I85 J5 Q2", holder="[0, 25, 8]"):
         with open(os.path.join(ROOT, "configs", "lathe.ini")) as file:
             (tmp_path / "lathe.ini").write_text(file.read())
-        (tmp_path / "lathe_tools.toml").write_text(f"[lathe.1]\nedge_length = 12\ndepth = 4\nholder = {holder}\n[lathe.2]\nedge_length = 11\nholder = [0, 25, 8]\n")
+        (tmp_path / "lathe_tools.toml").write_text(
+            f"[lathe.1]\nedge_length = 12\ndepth = 4\nholder = {holder}\n[lathe.2]\nedge_length = 11\n"
+            f"holder = [0, 25, 8]\n"
+        )
         (tmp_path / "lathe.tbl").write_text(line + "\nT2 P2 D0.8 I87 J32 Q2\n")
         (tmp_path / "part.ngc").write_text(text)
-        status = cli.main(["turn", str(tmp_path / "part.ngc"), "--json", str(tmp_path / "plan.json"), "-o", str(tmp_path / "out.ngc"), "--ini",
-                           str(tmp_path / "lathe.ini")])
+        status = cli.main(
+            [
+                "turn",
+                str(tmp_path / "part.ngc"),
+                "--json",
+                str(tmp_path / "plan.json"),
+                "-o",
+                str(tmp_path / "out.ngc"),
+                "--ini",
+                str(tmp_path / "lathe.ini"),
+            ]
+        )
         said = capsys.readouterr()
         assert status in (0, 1), said
         steps = {s["name"]: s for s in json.loads((tmp_path / "plan.json").read_text())["steps"]}
         return steps["rough outside"], said.out
+
     return run
 
 
 def test_a_wide_shallow_step_is_cut_towards_the_axis(rough):
     step, said = rough(disc(3, 12))
-    (z0, z1), = step["transverse"]
-    assert z0 == pytest.approx(-3 + 0.3 + 0.4, abs=0.2) and z1 == pytest.approx(0.4, abs=1e-3)        # the centre of the nose: allowance, radius
+    ((z0, z1),) = step["transverse"]
+    assert z0 == pytest.approx(-3 + 0.3 + 0.4, abs=0.2) and z1 == pytest.approx(
+        0.4, abs=1e-3
+    )  # the centre of the nose: allowance, radius
     assert "longitudinal, towards -Z and transverse, towards the axis" in said and "transverse: Z0.400 to Z-2." in said
 
 
 def test_the_layer_above_a_step_is_cut_along_z_first(rough):
     """2 mm on the rim, 20 mm long, and a step of 3 mm: in columns all of it would be 20 cuts."""
-    (z0, z1), = rough(disc(3, 12, allowance=0))[0]["transverse"]
+    ((z0, z1),) = rough(disc(3, 12, allowance=0))[0]["transverse"]
     assert z1 - z0 < 3.5
 
 
@@ -70,7 +103,7 @@ def test_an_edge_that_reaches_over_the_wall_cuts_no_columns(rough):
 
 def test_a_holder_beside_the_nose_cuts_no_columns(rough):
     assert not rough(disc(3, 12), holder="[-2, 25, 8]")[0]["transverse"]
-    assert rough(disc(1, 32, radius=39.0), holder="[-2, 25, 8]")[0]["transverse"]          # the wall is lower than the holder
+    assert rough(disc(1, 32, radius=39.0), holder="[-2, 25, 8]")[0]["transverse"]  # the wall is lower than the holder
 
 
 def test_the_holder_is_seen_by_the_oracle(tmp_path, monkeypatch):
@@ -83,7 +116,9 @@ def test_the_holder_is_seen_by_the_oracle(tmp_path, monkeypatch):
 
         def wide(self, folder, insert):
             plain(self, folder, insert)
-            (folder / "tools.toml").write_text((folder / "tools.toml").read_text().replace("holder = [0, 25, 8]", "holder = [-2, 25, 8]"))
+            (folder / "tools.toml").write_text(
+                (folder / "tools.toml").read_text().replace("holder = [0, 25, 8]", "holder = [-2, 25, 8]")
+            )
             self.tools[1] = replace(self.tools[1], holder=(-2, 25, 8))
 
         with monkeypatch.context() as patch:
@@ -93,7 +128,7 @@ def test_the_holder_is_seen_by_the_oracle(tmp_path, monkeypatch):
             _, request, machine, written = planned(case, tmp_path)
         return judge(written, request.scale, case, machine.tools)[0]["holder"]
 
-    assert holder(True) <= -0.19                    # mm that it keeps beside it
+    assert holder(True) <= -0.19  # mm that it keeps beside it
     assert holder(False) > 1.0
 
 
@@ -145,7 +180,8 @@ def test_columns_are_chosen_where_they_are_shorter(wide, tmp_path, monkeypatch):
 
 
 def test_a_bar_goes_deeper_once_the_bore_is_wider(tmp_path):
-    """What a boring bar could not reach before its own roughing is cut by the rest step, by the same tool, and is not said to be out of reach."""
+    """What a boring bar could not reach before its own roughing is cut by the rest step, by the same tool, and is not
+    said to be out of reach."""
     plan = planned(random_case(random.Random("columns 1")), tmp_path)[0]
     rough, rest = (next(s for s in plan.steps if s.name == name) for name in ("rough inside", "rest inside"))
     assert rest.needed and rest.tool.number == rough.tool.number and rest.removed > 1.0, rest.why

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Soft limits of a turned part: the extremes of the written program, sampled, decide whether a limit beside them is left."""
+"""Soft limits of a turned part: the extremes of the written program, sampled, decide whether a limit beside them is
+left."""
+
 import random
 
 import pytest
@@ -12,7 +14,7 @@ from support.turning_random import random_case
 from support.turning_rig import planned
 
 FAR = 1e4
-NEAR = 0.001        # mm; a chord of 0.005 rad of an arc of 100 mm is 0.0003 mm off
+NEAR = 0.001  # mm; a chord of 0.005 rad of an arc of 100 mm is 0.0003 mm off
 
 
 def extremes(text, unit):
@@ -42,8 +44,12 @@ def test_a_limit_counts_from_the_extremes_of_the_path_on(k, tmp_path):
         return
     at = [[value + z + o for value in pair] for pair, z, o in zip(found, zero, offset)]
     for axis, name in enumerate(("axis Z", "axis X")):
-        for low, high, words in ((at[axis][0] - NEAR, FAR, ""), (at[axis][0] + NEAR, FAR, f"{name} would be at"), (-FAR, at[axis][1] + NEAR, ""),
-                                 (-FAR, at[axis][1] - NEAR, f"{name} would be at")):
+        for low, high, words in (
+            (at[axis][0] - NEAR, FAR, ""),
+            (at[axis][0] + NEAR, FAR, f"{name} would be at"),
+            (-FAR, at[axis][1] + NEAR, ""),
+            (-FAR, at[axis][1] - NEAR, f"{name} would be at"),
+        ):
             limits = [("axis Z", -FAR, FAR), ("axis X", -FAR, FAR)]
             limits[axis] = (name, low, high)
             said = refused(plan, limits, zero, offsets)

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Where a level climbs the wall it ends at: as high as there is stock, and not where the finish comes later and the tooth that stays is thin."""
+"""Where a level climbs the wall it ends at: as high as there is stock, and not where the finish comes later and the
+tooth that stays is thin."""
+
 import math
 import random
 
@@ -13,15 +15,28 @@ from support.turning_oracle import moves
 from support.turning_random import Case, random_case
 from support.turning_rig import planned
 
-NOSE, LEAN = 0.4, math.tan(math.radians(5.0))       # of T1 in support/turning_rig.py: D0.8 I85 J5
+NOSE, LEAN = 0.4, math.tan(math.radians(5.0))  # of T1 in support/turning_rig.py: D0.8 I85 J5
 SHOULDER = [(0.0, 10.0), (-20.0, 10.0), (-20.0, 14.0), (-30.0, 14.0)]
-FOUND = 713421410       # of the random parts one whose last level of roughing is too narrow to leave it aside
+FOUND = 713421410  # of the random parts one whose last level of roughing is too narrow to leave it aside
 
 
 def shaft(folder, allowance, depth, blank=16.0):
     """(plan, G-code, tools, case) of a shaft with one shoulder from Z-20."""
-    text = "\n".join([f"(WORKPIECE,CYLINDER,AXIS=Z,DIAMETER={2 * blank},ZMIN=-60,ZMAX=0)", "G21 G18 G8 G94 G97 S500 M3",
-                      f"G26 Q100 I{allowance} D{depth} F100 E50", "M2", "O100 sub", "G0 X10 Z0", "G1 Z-20", "G1 X14", "G1 Z-30", "O100 endsub", ""])
+    text = "\n".join(
+        [
+            f"(WORKPIECE,CYLINDER,AXIS=Z,DIAMETER={2 * blank},ZMIN=-60,ZMAX=0)",
+            "G21 G18 G8 G94 G97 S500 M3",
+            f"G26 Q100 I{allowance} D{depth} F100 E50",
+            "M2",
+            "O100 sub",
+            "G0 X10 Z0",
+            "G1 Z-20",
+            "G1 X14",
+            "G1 Z-30",
+            "O100 endsub",
+            "",
+        ]
+    )
     case = Case(text, SHOULDER, [], (blank, -60.0, 0.0), allowance, "D55")
     plan, _, machine, written = planned(case, folder)
     return plan, written, machine.tools, case
@@ -42,7 +57,7 @@ def climbs(plan, name):
 def test_a_wall_is_climbed_by_the_finish_only(tmp_path):
     assert climbs(shaft(tmp_path, 0.3, 1.0)[0], "rough outside") == []
     assert [c[0] for c in climbs(shaft(tmp_path, 0.3, 1.0)[0], "finish outside")] == pytest.approx([-30 + NOSE])
-    assert len(climbs(shaft(tmp_path, 0.0, 1.0)[0], "rough outside")) >= 5             # nothing comes after it
+    assert len(climbs(shaft(tmp_path, 0.0, 1.0)[0], "rough outside")) >= 5  # nothing comes after it
 
 
 def test_a_thick_tooth_is_cut_at_once(tmp_path):
@@ -61,14 +76,16 @@ def test_without_a_finish_in_the_order_every_level_climbs(tmp_path, monkeypatch)
 
 
 def test_a_climb_ends_where_the_stock_ends(tmp_path):
-    """The widest place of the nose has passed the bar: its centre is at the bar's radius, not a nose radius above it."""
+    """The widest place of the nose has passed the bar: its centre is at the bar's radius, not a nose radius above
+    it."""
     last = climbs(shaft(tmp_path, 0.3, 1.0)[0], "finish outside")[-1]
     assert last[2] == pytest.approx(16.0, abs=1e-6)
 
 
 @pytest.mark.parametrize("allowance, depth", [(0.3, 1.0), (0.3, 1.5), (0.3, 2.0), (0.0, 1.0)])
 def test_nothing_stays_at_the_wall_in_the_end(tmp_path, allowance, depth):
-    """Cells of 0.01 mm: the insert as a wedge leaves nothing beside the shoulder, from the fillet of the nose up to the bar."""
+    """Cells of 0.01 mm: the insert as a wedge leaves nothing beside the shoulder, from the fillet of the nose up to the
+    bar."""
     assert _left(*shaft(tmp_path, allowance, depth)[1:]) == 0
 
 
@@ -77,7 +94,10 @@ def _left(text, tools, case):
     for number, _, points in moves(text, 1.0):
         for z, x in points[1:]:
             section.cut(number, tools[number], z, x)
-    rows, columns = slice(int(10.9 / 0.01), None), slice(int((-19.97 - section.z0) / 0.01), int((0.0 - section.z0) / 0.01))
+    rows, columns = (
+        slice(int(10.9 / 0.01), None),
+        slice(int((-19.97 - section.z0) / 0.01), int((0.0 - section.z0) / 0.01)),
+    )
     return int(section.cells[rows, columns].sum())
 
 
@@ -88,6 +108,7 @@ def test_the_cells_see_teeth_that_stay(tmp_path, monkeypatch):
 
 def test_a_cut_that_cannot_be_left_aside_is_climbed(tmp_path, monkeypatch):
     """Else the rapid away from it goes up along the tooth, or a feed if rapids keep clear of stock."""
+
     def rapid():
         case = random_case(random.Random(FOUND))
         _, request, machine, text = planned(case, tmp_path)

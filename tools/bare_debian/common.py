@@ -3,7 +3,7 @@
 
 import subprocess
 
-USER, USER_ID = 'user', 1000
+USER, USER_ID = "user", 1000
 
 
 class Refusal(Exception):
@@ -13,16 +13,17 @@ class Refusal(Exception):
 def read(path):
     """The text of a file; '' if it cannot be read."""
     try:
-        with open(path, errors='replace') as handle:
+        with open(path, errors="replace") as handle:
             return handle.read()
     except OSError:
-        return ''
+        return ""
 
 
 def output(*command):
     """What a command prints, or '' if it fails."""
     try:
-        return subprocess.run(command, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                              stderr=subprocess.DEVNULL).stdout
+        return subprocess.run(
+            command, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+        ).stdout
     except OSError:
-        return ''
+        return ""

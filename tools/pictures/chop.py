@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Draws docs/design/chop.svg: chop lines, pieces and kerfs of contours, by the code that cuts.
 
-    /usr/bin/python3 tools/pictures/chop.py
+/usr/bin/python3 tools/pictures/chop.py
 """
 
 import math
@@ -40,18 +40,41 @@ def turned(loops, degrees):
 
     def at(p):
         return (p[0] * math.cos(a) - p[1] * math.sin(a), p[0] * math.sin(a) + p[1] * math.cos(a))
-    return [[ArcElement(at(q.start), at(q.end), at(q.centre), q.ccw, q.line) if isinstance(q, ArcElement)
-             else LineElement(at(q.start), at(q.end), q.line) for q in parts] for parts in loops]
+
+    return [
+        [
+            ArcElement(at(q.start), at(q.end), at(q.centre), q.ccw, q.line)
+            if isinstance(q, ArcElement)
+            else LineElement(at(q.start), at(q.end), q.line)
+            for q in parts
+        ]
+        for parts in loops
+    ]
 
 
 BRACKET = loop((0, 0), (30, 0), (34, 4, 30, 4), (34, 12), (14, 12), (14, 24), (10, 28, 10, 24), (0, 28))
-DUMBBELL = loop((0, -8), (16, -8), (16, -1.5), (24, -1.5), (24, -8), (40, -8), (40, 8), (24, 8), (24, 1.5), (16, 1.5),
-                (16, 8), (0, 8))
+DUMBBELL = loop(
+    (0, -8),
+    (16, -8),
+    (16, -1.5),
+    (24, -1.5),
+    (24, -8),
+    (40, -8),
+    (40, 8),
+    (24, 8),
+    (24, 1.5),
+    (16, 1.5),
+    (16, 8),
+    (0, 8),
+)
 RING = [ArcElement((14, 0), (14, 0), (0, 0), True, 1)]
 ISLAND = [ArcElement((9, 0), (9, 0), (2, 0), True, 2)]
 
-SHAPES = (("any direction", turned([BRACKET], 25), 9.0, (12, 0)), ("two slugs, the neck is cleared", [DUMBBELL], 9.0, (46, 14)),
-          ("round an island", [RING, ISLAND], 9.0, (106, 14)))
+SHAPES = (
+    ("any direction", turned([BRACKET], 25), 9.0, (12, 0)),
+    ("two slugs, the neck is cleared", [DUMBBELL], 9.0, (46, 14)),
+    ("round an island", [RING, ISLAND], 9.0, (106, 14)),
+)
 
 
 def points(run):
@@ -70,31 +93,42 @@ def shape_svg(title, loops, chop_size, at):
     plan = contour_chop.chop_plan(outer, inner, TOOL / 2, chop_size)
     dx, dy = at
     shapes = [polygon(points(contours[0].elements), dx, dy, 'fill="#ddd" stroke="#333" stroke-width="0.15"')]
-    shapes += [polygon(points(c.elements), dx, dy, 'fill="white" stroke="#333" stroke-width="0.15"') for c in contours[1:]]
+    shapes += [
+        polygon(points(c.elements), dx, dy, 'fill="white" stroke="#333" stroke-width="0.15"') for c in contours[1:]
+    ]
     for region in polygons.loop_regions([points(p) for p in outer], [points(p) for p in inner]):
-        for piece in polygons.parts(polygons.without(polygons.shrink(region, TOOL / 2),
-                                                   [s for c in plan.chops for s in c.segments], TOOL / 2)):
+        for piece in polygons.parts(
+            polygons.without(polygons.shrink(region, TOOL / 2), [s for c in plan.chops for s in c.segments], TOOL / 2)
+        ):
             shapes.append(polygon(polygons.outside_ring(piece), dx, dy, 'fill="#8ab6e6"'))
             x, y, size = enclosing_circle(polygons.hull(piece))
             if size > plan.largest_piece - 0.02:
-                shapes.append(f'<circle cx="{x + dx:.3f}" cy="{-y - dy:.3f}" r="{size / 2:.3f}" fill="none" stroke="#c33" '
-                              'stroke-width="0.1"/>')
+                shapes.append(
+                    f'<circle cx="{x + dx:.3f}" cy="{-y - dy:.3f}" r="{size / 2:.3f}" fill="none" stroke="#c33" '
+                    'stroke-width="0.1"/>'
+                )
     shapes += [polygon(points(p), dx, dy, 'fill="none" stroke="#06c" stroke-width="0.08"') for p in paths]
     ends = chop_lines.ends(TOOL / 2, 1)
     here = None
     for start, end in slug.order_chops(plan.chops, (0.0, 0.0), (0.0, 0.0), *ends):
         entry = ends[0]((start, end))
         if here:
-            shapes.append(f'<line x1="{here[0] + dx:.3f}" y1="{-here[1] - dy:.3f}" x2="{entry[0] + dx:.3f}" '
-                          f'y2="{-entry[1] - dy:.3f}" stroke="#888" stroke-dasharray="0.5 0.4" stroke-width="0.1"/>')
-        shapes.append(f'<line x1="{start[0] + dx:.3f}" y1="{-start[1] - dy:.3f}" x2="{end[0] + dx:.3f}" '
-                      f'y2="{-end[1] - dy:.3f}" stroke="#06c" stroke-width="0.15"/>')
+            shapes.append(
+                f'<line x1="{here[0] + dx:.3f}" y1="{-here[1] - dy:.3f}" x2="{entry[0] + dx:.3f}" '
+                f'y2="{-entry[1] - dy:.3f}" stroke="#888" stroke-dasharray="0.5 0.4" stroke-width="0.1"/>'
+            )
+        shapes.append(
+            f'<line x1="{start[0] + dx:.3f}" y1="{-start[1] - dy:.3f}" x2="{end[0] + dx:.3f}" '
+            f'y2="{-end[1] - dy:.3f}" stroke="#06c" stroke-width="0.15"/>'
+        )
         here = end
     edge = np.concatenate([points(c.elements) for c in contours[:1]])
     lines = sum(len(c.segments) for c in plan.chops)
     text = f"{title}: {lines} lines, {plan.pieces} pieces, largest {plan.largest_piece:.2f} mm"
-    shapes.append(f'<text x="{edge[:, 0].mean() + dx:.2f}" y="{2.5 - (edge[:, 1].min() + dy):.2f}" font-size="1.5" '
-                  f'text-anchor="middle" font-family="sans-serif">{text}</text>')
+    shapes.append(
+        f'<text x="{edge[:, 0].mean() + dx:.2f}" y="{2.5 - (edge[:, 1].min() + dy):.2f}" font-size="1.5" '
+        f'text-anchor="middle" font-family="sans-serif">{text}</text>'
+    )
     return shapes
 
 
@@ -104,7 +138,10 @@ def main():
     (DOCS / "design" / "chop.svg").write_text(
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width * SCALE:.0f}" height="{height * SCALE:.0f}" '
         f'viewBox="{left} {top} {width} {height}">\n'
-        f'<rect x="{left}" y="{top}" width="{width}" height="{height}" fill="white"/>\n' + "\n".join(shapes) + "\n</svg>\n")
+        f'<rect x="{left}" y="{top}" width="{width}" height="{height}" fill="white"/>\n'
+        + "\n".join(shapes)
+        + "\n</svg>\n"
+    )
 
 
 if __name__ == "__main__":

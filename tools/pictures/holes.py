@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Draws docs/user/holes.svg: the pieces of a chopped hole with the patent's n, and with the n that keeps the promise.
 
-    /usr/bin/python3 tools/pictures/holes.py
+/usr/bin/python3 tools/pictures/holes.py
 """
 
 import sys
@@ -33,16 +33,31 @@ def pieces_svg(parts, dx):
         fill = "#8ab6e6" if size < CHOP_SIZE else "#e68a8a"
         shapes.append(f'<polygon points="{corners}" fill="{fill}"/>')
         if size >= CHOP_SIZE:
-            shapes.append(f'<circle cx="{x:.3f}" cy="{-y:.3f}" r="{size / 2:.3f}" fill="none" stroke="#c33" stroke-width="0.1"/>')
-    shapes.append(f'<text x="{dx}" y="{DIAMETER / 2 + 2.5}" font-size="1.6" text-anchor="middle" font-family="sans-serif">'
-                  f"n = {parts}: largest piece {largest:.2f} mm, H = {CHOP_SIZE:g} mm</text>")
+            shapes.append(
+                f'<circle cx="{x:.3f}" cy="{-y:.3f}" r="{size / 2:.3f}" fill="none" stroke="#c33" stroke-width="0.1"/>'
+            )
+    shapes.append(
+        f'<text x="{dx}" y="{DIAMETER / 2 + 2.5}" font-size="1.6" text-anchor="middle" font-family="sans-serif">'
+        f"n = {parts}: largest piece {largest:.2f} mm, H = {CHOP_SIZE:g} mm</text>"
+    )
     return shapes
 
 
 def path_svg(dx):
     """The tool's path of the cycle, rapids dashed."""
-    request = hole.HoleRequest(x=dx, y=0, bottom=-1, clearance=1, radius=DIAMETER / 2, ccw=True, tool_radius=TOOL / 2,
-                               feed=1, plunge_feed=1, start=(dx, 0, 1), chop_size=CHOP_SIZE)
+    request = hole.HoleRequest(
+        x=dx,
+        y=0,
+        bottom=-1,
+        clearance=1,
+        radius=DIAMETER / 2,
+        ccw=True,
+        tool_radius=TOOL / 2,
+        feed=1,
+        plunge_feed=1,
+        start=(dx, 0, 1),
+        chop_size=CHOP_SIZE,
+    )
     shapes, here = [], (dx, 0.0)
     for move in hole.hole_plan(request).moves:
         if move.x is None:
@@ -50,10 +65,14 @@ def path_svg(dx):
         there = (move.x, move.y)
         if isinstance(move, Arc):
             radius = ((there[0] - move.cx) ** 2 + (there[1] - move.cy) ** 2) ** 0.5
-            shapes.append(f'<circle cx="{move.cx}" cy="{-move.cy}" r="{radius}" fill="none" stroke="#06c" stroke-width="0.1"/>')
+            shapes.append(
+                f'<circle cx="{move.cx}" cy="{-move.cy}" r="{radius}" fill="none" stroke="#06c" stroke-width="0.1"/>'
+            )
         else:
             style = 'stroke="#06c"' if isinstance(move, Line) else 'stroke="#888" stroke-dasharray="0.5 0.4"'
-            shapes.append(f'<line x1="{here[0]}" y1="{-here[1]}" x2="{there[0]}" y2="{-there[1]}" {style} stroke-width="0.1"/>')
+            shapes.append(
+                f'<line x1="{here[0]}" y1="{-here[1]}" x2="{there[0]}" y2="{-there[1]}" {style} stroke-width="0.1"/>'
+            )
         here = there
     return shapes
 
@@ -66,7 +85,10 @@ def main():
     (DOCS / "user" / "holes.svg").write_text(
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width * SCALE:.0f}" height="{height * SCALE:.0f}" '
         f'viewBox="{-half} {-half} {width} {height}">\n'
-        f'<rect x="{-half}" y="{-half}" width="{width}" height="{height}" fill="white"/>\n' + "\n".join(shapes) + "\n</svg>\n")
+        f'<rect x="{-half}" y="{-half}" width="{width}" height="{height}" fill="white"/>\n'
+        + "\n".join(shapes)
+        + "\n</svg>\n"
+    )
 
 
 if __name__ == "__main__":

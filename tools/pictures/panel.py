@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Makes docs/user/panel.png, panel_log.png, panel_entry.png and panel_tools.png: the page of `chipwise panel` in Debian's chromium, a stock cut by the core, a machine set by hand.
+"""Makes docs/user/panel.png, panel_log.png, panel_entry.png and panel_tools.png: the page of `chipwise panel` in
+Debian's chromium, a stock cut by the core, a machine set by hand.
 
     /usr/bin/python3 tools/pictures/panel.py
 
@@ -22,14 +23,15 @@ from chipwise.panel.look_ahead import Ahead  # noqa: E402
 from chipwise.panel.watch import LOOK_S  # noqa: E402
 from support import panel_browser, panel_rig  # noqa: E402
 
-ENTERED = "179,-6,,2"     # of G79
-TARGET = 6000.0         # mm3/min
-STEP = 0.417            # mm in a look
-CEILING = 20.0          # mm/s, the velocity that M251 asks for; the override is a share of it
-SHARE = TARGET / 60.0 / 24.0 / CEILING      # at a rate of TARGET in a section of 24 mm2
-FEED_PER_TOOTH, WATTS = 0.026, 0.015       # mm at a rate of TARGET; W for each mm3/min
-IDLE, MEASURED = 40.0, 1.08     # W of the spindle in air; measured over predicted power of the cut
-# Of TARGET: target and rate of each pass, and what limits it: stock ahead; the lower bound, which is above the target; stock here.
+ENTERED = "179,-6,,2"  # of G79
+TARGET = 6000.0  # mm3/min
+STEP = 0.417  # mm in a look
+CEILING = 20.0  # mm/s, the velocity that M251 asks for; the override is a share of it
+SHARE = TARGET / 60.0 / 24.0 / CEILING  # at a rate of TARGET in a section of 24 mm2
+FEED_PER_TOOTH, WATTS = 0.026, 0.015  # mm at a rate of TARGET; W for each mm3/min
+IDLE, MEASURED = 40.0, 1.08  # W of the spindle in air; measured over predicted power of the cut
+# Of TARGET: target and rate of each pass, and what limits it: stock ahead; the lower bound, which is above the target;
+# stock here.
 PASSES = [(1.0, 1.0, 2.0), (0.75, 1.0, 3.0), (1.5, 1.5, 1.0)]
 SLOT = [(-10.0, 10.0), (52.0, 10.0), (52.0, 30.0), (24.0, 30.0)]
 # The loaded program: the slot to its end, and a pocket in it.
@@ -72,13 +74,36 @@ def sums(values, seconds):
 def cut(rig, program):
     """A slot in two depths along SLOT, a look each STEP."""
     values = rig.machine.values
-    values.update(mode=2.0, motion_type=2.0, target=TARGET, limited_by=1.0, override=SHARE, tool=1.0, tool_flute_length=20.0,
-                  max_chip=0.05, max_power=250.0, spindle_load_scale=1.0, load_idle=IDLE, load_factor=MEASURED, load_ratio=MEASURED,
-                  area=24.0, area_ahead=24.0, depth=4.0, requested_vel=CEILING, programmed_vel=10.0)
+    values.update(
+        mode=2.0,
+        motion_type=2.0,
+        target=TARGET,
+        limited_by=1.0,
+        override=SHARE,
+        tool=1.0,
+        tool_flute_length=20.0,
+        max_chip=0.05,
+        max_power=250.0,
+        spindle_load_scale=1.0,
+        load_idle=IDLE,
+        load_factor=MEASURED,
+        load_ratio=MEASURED,
+        area=24.0,
+        area_ahead=24.0,
+        depth=4.0,
+        requested_vel=CEILING,
+        programmed_vel=10.0,
+    )
     rig.machine.tasks.update(program=program, running=True)
     at = (*SLOT[0], -4.0)
     for number, (corner, (share, rate, limit)) in enumerate(zip(SLOT[1:], PASSES)):
-        values.update(line=7.0 + number, target=share * TARGET, limited_by=limit, override=SHARE * rate, current_vel=CEILING * SHARE * rate)
+        values.update(
+            line=7.0 + number,
+            target=share * TARGET,
+            limited_by=limit,
+            override=SHARE * rate,
+            current_vel=CEILING * SHARE * rate,
+        )
         count = math.ceil(math.dist(at[:2], corner) / STEP)
         start = at
         for k in range(1, count + 1):
@@ -139,12 +164,23 @@ def entry_picture(folder):
 def main():
     if panel_browser.missing():
         sys.exit(panel_browser.missing())
-    with tempfile.TemporaryDirectory() as folder, panel_rig.serving(ahead=Ahead(str(ROOT / "configs" / "mill.ini"))) as rig:
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        panel_rig.serving(ahead=Ahead(str(ROOT / "configs" / "mill.ini"))) as rig,
+    ):
         program = Path(folder) / "slots.ngc"
         program.write_text(PROGRAM)
-        rig.machine.loaded = {"program": str(program), "index": 1, "offset": [0.0] * 3, "g92": [0.0] * 3, "turn": 0.0, "tool": 1,
-                              "codes": "G21 G17 G90 G91.1", "block_delete": False}
-        rig.watch.pages = 1             # until the path has been read
+        rig.machine.loaded = {
+            "program": str(program),
+            "index": 1,
+            "offset": [0.0] * 3,
+            "g92": [0.0] * 3,
+            "turn": 0.0,
+            "tool": 1,
+            "codes": "G21 G17 G90 G91.1",
+            "block_delete": False,
+        }
+        rig.watch.pages = 1  # until the path has been read
         rig.wait(lambda: rig.look() or rig.watch.ahead.state()["from"] is not None)
         rig.watch.pages = 0
         clock, real = [time.monotonic()], time.monotonic
@@ -153,6 +189,7 @@ def main():
         def look():
             clock[0] += LOOK_S
             look.once()
+
         look.once, rig.look = rig.look, look
         cut(rig, str(program))
         shift = clock[0] - real()
@@ -160,8 +197,13 @@ def main():
         going = threading.Event()
         threading.Thread(target=goes_on, args=(rig, look.once, going), daemon=True).start()
         panel_browser.picture(rig.url, str(ROOT / "docs" / "user" / "panel.png"), folder)
-        panel_browser.picture(rig.url, str(ROOT / "docs" / "user" / "panel_log.png"), folder, section="log-open",
-                              reached="document.querySelectorAll('#log-operations tr').length")
+        panel_browser.picture(
+            rig.url,
+            str(ROOT / "docs" / "user" / "panel_log.png"),
+            folder,
+            section="log-open",
+            reached="document.querySelectorAll('#log-operations tr').length",
+        )
         going.set()
     with tempfile.TemporaryDirectory() as folder:
         entry_picture(folder)

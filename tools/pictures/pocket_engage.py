@@ -5,11 +5,12 @@
 
 Colours as there; the helix is red.
 """
+
 from pockets import DOCS, EARLY, LATE, RADIUS, SCALE, demo_pocket, elements, path_of, split
 
 from chipwise.geometry.pocket import engage
 
-STEP = 2.4      # mm
+STEP = 2.4  # mm
 
 
 def segments_svg(segments):
@@ -17,8 +18,11 @@ def segments_svg(segments):
     shapes = []
     for k, segment in enumerate(segments):
         color = "rgb({:.0f},{:.0f},{:.0f})".format(*(a + (b - a) * k / len(segments) for a, b in zip(EARLY, LATE)))
-        style = {"cut": f'stroke="{color}" stroke-width="0.25"', "feed": 'stroke="#2a2" stroke-width="0.2"', "entry": 'stroke="#d33" stroke-width="0.5"'}.get(
-            segment.kind, 'stroke="#d33" stroke-width="0.15" stroke-dasharray="0.6 0.6"')
+        style = {
+            "cut": f'stroke="{color}" stroke-width="0.25"',
+            "feed": 'stroke="#2a2" stroke-width="0.2"',
+            "entry": 'stroke="#d33" stroke-width="0.5"',
+        }.get(segment.kind, 'stroke="#d33" stroke-width="0.15" stroke-dasharray="0.6 0.6"')
         shapes.append(f'<path d="{path_of(segment.elements)}" fill="none" {style}/>')
     return shapes
 
@@ -33,8 +37,10 @@ def main():
         shapes += segments_svg(engage.planned(region, RADIUS, STEP, 25.0, 0.2))
     (DOCS / "user" / "pocket_p4.svg").write_text(
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{(x1 - x0) * SCALE:.0f}" height="{(y1 - y0) * SCALE:.0f}" '
-        f'viewBox="{x0:.3f} {-y1:.3f} {x1 - x0:.3f} {y1 - y0:.3f}">\n<rect x="{x0:.3f}" y="{-y1:.3f}" width="{x1 - x0:.3f}" '
-        f'height="{y1 - y0:.3f}" fill="white"/>\n' + "\n".join(shapes) + "\n</svg>\n")
+        f'viewBox="{x0:.3f} {-y1:.3f} {x1 - x0:.3f} {y1 - y0:.3f}">\n'
+        f'<rect x="{x0:.3f}" y="{-y1:.3f}" width="{x1 - x0:.3f}" '
+        f'height="{y1 - y0:.3f}" fill="white"/>\n' + "\n".join(shapes) + "\n</svg>\n"
+    )
 
 
 if __name__ == "__main__":

@@ -33,16 +33,33 @@ EARLY, LATE = (120, 180, 240), (10, 50, 130)
 
 def demo_pocket():
     """Boundary and islands of the pocket in the pictures: a bay, a round and a square-cornered island."""
+
     def run(*steps):
         here, parts = steps[0], []
         for step in steps[1:]:
-            parts.append(LineElement(here, step[:2], 1) if len(step) == 2 else
-                         ArcElement(here, step[:2], step[2:4], step[4], 1))
+            parts.append(
+                LineElement(here, step[:2], 1) if len(step) == 2 else ArcElement(here, step[:2], step[2:4], step[4], 1)
+            )
             here = step[:2]
         return make_contour(parts)
-    boundary = run((8, 0), (92, 0), (100, 8, 92, 8, True), (100, 52), (92, 60, 92, 52, True), (66, 60), (62, 56, 66, 56, True),
-                   (62, 44), (54, 44, 58, 44, False), (54, 56), (50, 60, 50, 56, True), (8, 60), (0, 52, 8, 52, True), (0, 8),
-                   (8, 0, 8, 8, True))
+
+    boundary = run(
+        (8, 0),
+        (92, 0),
+        (100, 8, 92, 8, True),
+        (100, 52),
+        (92, 60, 92, 52, True),
+        (66, 60),
+        (62, 56, 66, 56, True),
+        (62, 44),
+        (54, 44, 58, 44, False),
+        (54, 56),
+        (50, 60, 50, 56, True),
+        (8, 60),
+        (0, 52, 8, 52, True),
+        (0, 8),
+        (8, 0, 8, 8, True),
+    )
     round_island = run((36, 34), (36, 34, 28, 34, True))
     bar = run((58, 16), (82, 16), (82, 26), (58, 26), (58, 16))
     return boundary, [round_island, bar]
@@ -77,8 +94,10 @@ def tracks_svg(tracks, radius):
             shapes.append(f'<path d="{path_of(run)}" fill="none" {style} stroke-width="0.3"/>')
         if k:
             a, b = tracks[k - 1].end, track.start
-            shapes.append(f'<line x1="{a[0]:.3f}" y1="{-a[1]:.3f}" x2="{b[0]:.3f}" y2="{-b[1]:.3f}" stroke="#d33" '
-                          'stroke-width="0.15" stroke-dasharray="0.6 0.6"/>')
+            shapes.append(
+                f'<line x1="{a[0]:.3f}" y1="{-a[1]:.3f}" x2="{b[0]:.3f}" y2="{-b[1]:.3f}" stroke="#d33" '
+                'stroke-width="0.15" stroke-dasharray="0.6 0.6"/>'
+            )
         if not cut or _gap(cut, track.start) > 0.05 * radius:
             shapes.append(f'<circle cx="{track.start[0]:.3f}" cy="{-track.start[1]:.3f}" r="0.8" fill="#d33"/>')
         cut.append(track.elements)
@@ -102,7 +121,9 @@ def arrows_svg(tracks, every=40.0):
             since = 0.0
             (x, y), (u, v) = (f(e, np.array([k]), np.array([0.5]))[0] for f in (elements.point_at, elements.tangent_at))
             points = ((x + u, y + v), (x - u - 0.6 * v, y - v + 0.6 * u), (x - u + 0.6 * v, y - v - 0.6 * u))
-            shapes.append('<polygon points="' + " ".join(f"{px:.2f},{-py:.2f}" for px, py in points) + '" fill="#136"/>')
+            shapes.append(
+                '<polygon points="' + " ".join(f"{px:.2f},{-py:.2f}" for px, py in points) + '" fill="#136"/>'
+            )
     return shapes
 
 
@@ -116,9 +137,12 @@ def picture(strategy, boundary, islands, radius=RADIUS, step=STEP, direction=0.0
         shapes += [f'<path d="{path_of(c)}" fill="none" stroke="#999" stroke-width="0.1"/>' for c in field.contours]
         tracks = strategy(field, radius, step, direction, climb)
         shapes += tracks_svg(tracks, radius) + arrows_svg(tracks)
-    return (f'<svg xmlns="http://www.w3.org/2000/svg" width="{(x1 - x0) * SCALE:.0f}" height="{(y1 - y0) * SCALE:.0f}" '
-            f'viewBox="{x0:.3f} {-y1:.3f} {x1 - x0:.3f} {y1 - y0:.3f}">\n<rect x="{x0:.3f}" y="{-y1:.3f}" width="{x1 - x0:.3f}" '
-            f'height="{y1 - y0:.3f}" fill="white"/>\n' + "\n".join(shapes) + "\n</svg>\n")
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{(x1 - x0) * SCALE:.0f}" height="{(y1 - y0) * SCALE:.0f}" '
+        f'viewBox="{x0:.3f} {-y1:.3f} {x1 - x0:.3f} {y1 - y0:.3f}">\n'
+        f'<rect x="{x0:.3f}" y="{-y1:.3f}" width="{x1 - x0:.3f}" '
+        f'height="{y1 - y0:.3f}" fill="white"/>\n' + "\n".join(shapes) + "\n</svg>\n"
+    )
 
 
 def main():

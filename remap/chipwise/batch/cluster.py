@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Works many programs on the workers of a Dask cluster.  Called by cli/check.py and cli/rewrite_folder.py.
 
-What a worker does is the standard library's subprocess.run of cli/cluster_runner.py, a process of its own for each program:
+What a worker does is the standard library's subprocess.run of cli/cluster_runner.py, a process of its own for each
+ program:
  1. the Python of a worker needs nothing of chipwise, only the files under the same paths (a shared folder);
  2. a crash, or a program that takes all memory, ends this process and not the worker;
  3. the process ends with its worker.
 
-If a worker is lost, the scheduler gives its programs to the others; a program whose workers were lost again and again has an error
-instead of a result.  The scheduler is asked every PING_S whether it answers: if it does not, or has no worker, for LOST_S, the
-whole ends with ClusterError.  Read in distributed 2022.12 and 2024.12: client.py, scheduler.py.
+If a worker is lost, the scheduler gives its programs to the others; a program whose workers were lost again and again
+has an error instead of a result.  The scheduler is asked every PING_S whether it answers: if it does not, or has no
+worker, for LOST_S, the whole ends with ClusterError.  Read in distributed 2022.12 and 2024.12: client.py, scheduler.py.
 """
 
 import logging
@@ -26,14 +27,14 @@ from chipwise.errors import printable
 
 PYTHON = "/usr/bin/python3"
 RUNNER = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "cli", "cluster_runner.py")
-CONNECT_S = 10.0            # for the first connection
-OVERTIME_S = 2.0            # by which it may be late
-PING_S = 5.0                # between two questions to the scheduler
-LOST_S = 30.0               # without an answer, or without a worker
-FETCH_S = 5.0               # for one result
-CANCELLED_S = 0.5           # between two looks at a lost connection
-TRIES = 3                   # of a program that the scheduler has given up
-SHOWN = 300                 # characters of what another process has said
+CONNECT_S = 10.0  # for the first connection
+OVERTIME_S = 2.0  # by which it may be late
+PING_S = 5.0  # between two questions to the scheduler
+LOST_S = 30.0  # without an answer, or without a worker
+FETCH_S = 5.0  # for one result
+CANCELLED_S = 0.5  # between two looks at a lost connection
+TRIES = 3  # of a program that the scheduler has given up
+SHOWN = 300  # characters of what another process has said
 
 
 class ClusterError(Exception):
@@ -43,24 +44,32 @@ class ClusterError(Exception):
 def _connect(address):
     """(module distributed, Client)."""
     if not re.fullmatch(r"(\w+://)?[^/\s]+:\d+", address):
-        raise ClusterError(f"{printable(address) or 'an empty text'} is not the address of a Dask scheduler; use tcp://HOST:PORT")
+        raise ClusterError(
+            f"{printable(address) or 'an empty text'} is not the address of a Dask scheduler; use tcp://HOST:PORT"
+        )
     try:
         import distributed
     except ImportError:
-        raise ClusterError("--scheduler needs Dask, which is not installed; apt-get install python3-distributed, or use --jobs") from None
-    logging.getLogger("distributed").setLevel(logging.CRITICAL + 1)         # what matters is said here
+        raise ClusterError(
+            "--scheduler needs Dask, which is not installed; apt-get install python3-distributed, or use --jobs"
+        ) from None
+    logging.getLogger("distributed").setLevel(logging.CRITICAL + 1)  # what matters is said here
     try:
-        return distributed, _within(CONNECT_S + OVERTIME_S, lambda: distributed.Client(
-            address, timeout=CONNECT_S, set_as_default=False, name="chipwise"))
-    except Exception as error:      # OSError, ValueError, TypeError, .. with the address
+        return distributed, _within(
+            CONNECT_S + OVERTIME_S,
+            lambda: distributed.Client(address, timeout=CONNECT_S, set_as_default=False, name="chipwise"),
+        )
+    except Exception as error:  # OSError, ValueError, TypeError, .. with the address
         what = printable(str(error) or type(error).__name__).splitlines()[0][:SHOWN]
-        raise ClusterError(f"no Dask scheduler answers at {address} within {CONNECT_S:g} s ({what}); start dask-scheduler, or "
-                           "correct the address") from None
+        raise ClusterError(
+            f"no Dask scheduler answers at {address} within {CONNECT_S:g} s ({what}); start dask-scheduler, or "
+            "correct the address"
+        ) from None
 
 
 def _within(seconds, action):
-    """Result of the action; TimeoutError if it takes longer.  distributed 2024.12 waits for ever for a scheduler that accepts the
-    connection and says nothing."""
+    """Result of the action; TimeoutError if it takes longer.  distributed 2024.12 waits for ever for a scheduler that
+    accepts the connection and says nothing."""
     answer: queue.SimpleQueue = queue.SimpleQueue()
 
     def act():
@@ -68,6 +77,7 @@ def _within(seconds, action):
             answer.put((action(), None))
         except Exception as error:
             answer.put((None, error))
+
     threading.Thread(target=act, daemon=True).start()
     try:
         result, error = answer.get(timeout=seconds)
@@ -101,14 +111,14 @@ class Cluster:
         """Give up what is not done, and the connection."""
         try:
             self._client.close(timeout=1)
-        except Exception:           # of a scheduler that is gone
+        except Exception:  # of a scheduler that is gone
             pass
 
     def work(self, task, programs, arguments, failed, progress=None):
         """Yield (number, result) of each program as it is ready.
 
-        task: of cluster_runner.TASKS; arguments: of it; failed(program, text): the result of one that could not be worked;
-        progress: called with the share that is done.
+        task: of cluster_runner.TASKS; arguments: of it; failed(program, text): the result of one that could not be
+        worked; progress: called with the share that is done.
         """
         orders = [pickle.dumps((version(), task, os.path.abspath(program), arguments)) for program in programs]
         # the Future of each program is kept: the scheduler forgets what nobody holds
@@ -137,8 +147,14 @@ class Cluster:
     def _submit(self, number, order):
         self._tries[number] = self._tries.get(number, 0) + 1
         future = self._client.submit(
-            subprocess.run, [PYTHON, "-s", RUNNER], input=order, stdout=subprocess.PIPE, stderr=subprocess.PIPE, pure=False,
-            key=f"chipwise-{self._name}-{number}-{self._tries[number]}")
+            subprocess.run,
+            [PYTHON, "-s", RUNNER],
+            input=order,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            pure=False,
+            key=f"chipwise-{self._name}-{number}-{self._tries[number]}",
+        )
         self._watch(future, number)
         return future
 
@@ -148,21 +164,25 @@ class Cluster:
     def _next(self):
         """The number of a program that is done; None after a while without one.  Raises ClusterError."""
         try:
-            return self._ready.get(timeout=max(0.0, self._asked + PING_S - time.monotonic()) if self._ready.empty() else 0.0)
+            return self._ready.get(
+                timeout=max(0.0, self._asked + PING_S - time.monotonic()) if self._ready.empty() else 0.0
+            )
         except queue.Empty:
             self._ping()
             return None
 
     def _ping(self):
         """Raises ClusterError when the scheduler has not answered for LOST_S, or has had no worker."""
-        if self._client.status in ("closing", "closed"):            # it has tried for CONNECT_S to reach the scheduler again
-            raise ClusterError(f"the connection to the Dask scheduler {self.address} is lost; start the command again when it answers")
+        if self._client.status in ("closing", "closed"):  # it has tried for CONNECT_S to reach the scheduler again
+            raise ClusterError(
+                f"the connection to the Dask scheduler {self.address} is lost; start the command again when it answers"
+            )
         trouble = f"has no worker for {LOST_S:g} s; start dask-worker"
         try:
             found = self._client.sync(self._client.scheduler.identity, callback_timeout=PING_S)
             if found["workers"]:
                 self._well = time.monotonic()
-        except Exception:           # OSError, CommClosedError, TimeoutError, ..
+        except Exception:  # OSError, CommClosedError, TimeoutError, ..
             trouble = f"does not answer for {LOST_S:g} s; start the command again when it does"
         self._asked = time.monotonic()
         if self._asked - self._well > LOST_S:
@@ -174,8 +194,8 @@ class Cluster:
         try:
             done = future.result(timeout=FETCH_S)
         except self._distributed.TimeoutError:
-            raise _NotYet from None                 # lost with its worker: it is being made again
-        except self._distributed.CancelledError:    # by a scheduler that was started anew, or with the connection
+            raise _NotYet from None  # lost with its worker: it is being made again
+        except self._distributed.CancelledError:  # by a scheduler that was started anew, or with the connection
             if self._client.status == "running":
                 raise _Again from None
             time.sleep(CANCELLED_S)
@@ -188,11 +208,16 @@ class Cluster:
             if again:
                 raise _Again from None
             text = _short(str(error) or type(error).__name__)
-            raise _Failed(f"its worker cannot run it ({text}); see whether chipwise and its programs are in a shared folder") from None
+            raise _Failed(
+                f"its worker cannot run it ({text}); see whether chipwise and its programs are in a shared folder"
+            ) from None
         if done.returncode:
             said = _short(done.stderr.decode("utf-8", "replace"))
-            raise _Failed(f"its process on the cluster ended with status {done.returncode} ({said}); try again with a larger --cell, "
-                          "or see whether chipwise is in the same folder there")
+            raise _Failed(
+                f"its process on the cluster ended with status {done.returncode} ({said}); try again with a larger "
+                f"--cell, "
+                "or see whether chipwise is in the same folder there"
+            )
         found, result = pickle.loads(done.stdout)
         if found != version():
             raise _Failed(f"the worker has chipwise {found}, this is {version()}; install the same one")

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Works many programs, each in a process of its own on this computer.  Called by check/run.py and cli/rewrite_folder.py.
+"""Works many programs, each in a process of its own on this computer.  Called by check/run.py and
+cli/rewrite_folder.py.
 
-Results come as they are ready.  If one program's process ends early (a crash, the kernel's out-of-memory killer), its result
-says so and the others continue.  A process ends with its parent.
+Results come as they are ready.  If one program's process ends early (a crash, the kernel's out-of-memory killer), its
+result says so and the others continue.  A process ends with its parent.
 """
 
 import gc
@@ -14,15 +15,15 @@ import sys
 
 from chipwise.host.processes import die_with_parent
 
-PATIENCE_S = 2.0            # for a process that is to end
+PATIENCE_S = 2.0  # for a process that is to end
 PROGRESS_STEPS = 100
 
 
 def _work(sender, parent, work, program, arguments):
     """The process of one program."""
     die_with_parent(parent)
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))         # with the reader's files removed
-    signal.signal(signal.SIGINT, signal.SIG_IGN)                    # the parent handles it
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # with the reader's files removed
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles it
     sent = 0
 
     def progress(share):
@@ -33,7 +34,7 @@ def _work(sender, parent, work, program, arguments):
             sender.send(step / PROGRESS_STEPS)
 
     result = work(program, progress, arguments)
-    signal.signal(signal.SIGTERM, signal.SIG_IGN)       # the parent ends us when it has the result: no exit within the exit
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)  # the parent ends us when it has the result: no exit within the exit
     sender.send(result)
 
 
@@ -82,8 +83,8 @@ def on_processes(jobs, work, programs, arguments, failed, progress=None):
     """Yield (number, result) of each program as it is ready; `jobs` at a time.
 
     The largest programs come first, so that no processor is left with one at the end.
-    work(program, progress, arguments): the result of one, progress called with its share (0..1) that is done; failed(program, text):
-    that of one whose process has died; progress: called with the share of all that is done.
+    work(program, progress, arguments): the result of one, progress called with its share (0..1) that is done;
+    failed(program, text):  that of one whose process has died; progress: called with the share of all that is done.
     """
     context = multiprocessing.get_context("fork")
     waiting = sorted(enumerate(programs), key=lambda entry: (_size_of(entry[1]), -entry[0]))
@@ -96,7 +97,7 @@ def on_processes(jobs, work, programs, arguments, failed, progress=None):
             while waiting and len(running) < jobs:
                 job = _Job(context, *waiting.pop(), work, arguments)
                 running[job.receiver] = job
-            while ended:                                # after the next one is under way: it takes a while
+            while ended:  # after the next one is under way: it takes a while
                 ended.pop().end()
             for receiver in multiprocessing.connection.wait(list(running)):
                 job = running[receiver]

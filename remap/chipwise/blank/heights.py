@@ -1,15 +1,19 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Heights of a real blank from touched points: an upper bound of what is there, and how far it may be too high.  Pure: no LinuxCNC.
+"""Heights of a real blank from touched points: an upper bound of what is there, and how far it may be too high.  Pure:
+no LinuxCNC.
 
 All lengths mm.  For a place p, the points within REACH spacings of p count; d is the spacing, e the probe's error.
- 1. Slope: the steepest one between those and their neighbours (PAIR spacings apart at most), (|z_i - z_j| + 2 e) / |p_i - p_j|, times SURER: between points the
-    surface may be steeper than from point to point.
- 2. Height: the least of z_i + slope |p - p_i|.  If the truth within that reach is nowhere steeper than the slope, this is nowhere below the truth minus e: each
-    point is at least the truth minus e there.  (It is McShane's extension, made local.)
- 3. If the steepest slope found is more than STEPPED, a step is somewhere between the points: the highest point within PAIR spacings of p counts.
- 4. p is probed if the points around it leave no gap of more than 180 degrees.  Elsewhere, and as an upper bound everywhere, the height is that of the top of the
-    blank that was typed: its allowance is for what was not probed.
- 5. The doubt is what the height may be above the truth: height minus the most of z_i - e - slope |p - p_i|, and of the bottom; in [3] minus the lowest point.
+ 1. Slope: the steepest one between those and their neighbours (PAIR spacings apart at most), (|z_i - z_j| + 2 e) / |p_i
+    - p_j|, times SURER: between points the surface may be steeper than from point to point.
+ 2. Height: the least of z_i + slope |p - p_i|.  If the truth within that reach is nowhere steeper than the slope, this
+    is nowhere below the truth minus e: each point is at least the truth minus e there.  (It is McShane's extension,
+    made local.)
+ 3. If the steepest slope found is more than STEPPED, a step is somewhere between the points: the highest point within
+    PAIR spacings of p counts.
+ 4. p is probed if the points around it leave no gap of more than 180 degrees.  Elsewhere, and as an upper bound
+    everywhere, the height is that of the top of the blank that was typed: its allowance is for what was not probed.
+ 5. The doubt is what the height may be above the truth: height minus the most of z_i - e - slope |p - p_i|, and of the
+    bottom; in [3] minus the lowest point.
 """
 
 import math
@@ -19,15 +23,16 @@ import numpy as np
 
 from chipwise.errors import CycleError
 
-REACH = 2.3                 # spacings: two rows of a grid, and its corners
-PAIR = 1.6                  # spacings: the neighbours and diagonals of a grid
-SURER = 1.45                # times the steepest slope found
-STEPPED = 1.0               # slope: 45 degrees
+REACH = 2.3  # spacings: two rows of a grid, and its corners
+PAIR = 1.6  # spacings: the neighbours and diagonals of a grid
+SURER = 1.45  # times the steepest slope found
+STEPPED = 1.0  # slope: 45 degrees
 LEAST_POINTS = 3
 MOST_POINTS = 1_000_000
-# of the spacing: points in one square of that side are one, the higher counts; nearer ones show no slope but their errors
+# of the spacing: points in one square of that side are one, the higher counts; nearer ones show no slope but their
+# errors
 SAME_SHARE = 0.2
-CHUNK = 1 << 14             # places at a time: bounds the memory
+CHUNK = 1 << 14  # places at a time: bounds the memory
 
 
 @dataclass
@@ -42,21 +47,24 @@ class Blank:
 
 
 def heights(points, places, low, high, error=0.0, size=0.0):
-    """The Blank at places (n, 2) of touched points (m, 3); low, high: bottom and top of the typed blank; error: the probe's; size: side of a cell whose middle a place
-    is, so that its corners are covered, too.  Raises CycleError."""
+    """The Blank at places (n, 2) of touched points (m, 3); low, high: bottom and top of the typed blank; error: the
+    probe's; size: side of a cell whose middle a place is, so that its corners are covered, too.  Raises CycleError."""
     points = checked(points, error)
     spacing = spacing_of(points)
     points = merged(points, SAME_SHARE * spacing)
     grid = Grid(points, REACH * spacing)
     slopes, pairs = _pairs(points, grid, PAIR * spacing, error)
-    # the steepest slope at each point: of the pairs that it is in; and the one within the reach of a place is the most of its points' ones
+    # the steepest slope at each point: of the pairs that it is in; and the one within the reach of a place is the most
+    # of its points' ones
     own = np.zeros(len(points))
     np.maximum.at(own, pairs[:, 0], slopes)
     np.maximum.at(own, pairs[:, 1], slopes)
     top, doubt, probed = (np.empty(len(places)) for _ in range(3))
     for first in range(0, len(places), CHUNK):
         part = slice(first, min(first + CHUNK, len(places)))
-        top[part], doubt[part], probed[part] = _at(np.asarray(places[part], float), points, own, grid, spacing, (low, high), error, size)
+        top[part], doubt[part], probed[part] = _at(
+            np.asarray(places[part], float), points, own, grid, spacing, (low, high), error, size
+        )
     return Blank(top, doubt, probed.astype(bool), spacing, float(slopes.max(initial=0.0)))
 
 
@@ -75,8 +83,8 @@ def checked(points, error):
 
 
 def spacing_of(points):
-    """The spacing of points: the median distance to the nearest other one, and not less than that of a grid of so many.  Raises CycleError if they are all in one
-    place."""
+    """The spacing of points: the median distance to the nearest other one, and not less than that of a grid of so many.
+    Raises CycleError if they are all in one place."""
     around = points[:, :2]
     extent = np.ptp(around, axis=0)
     side = max(math.sqrt(max(extent[0] * extent[1], 0.0) / len(points)), float(extent.max()) / len(points))
@@ -167,7 +175,7 @@ def _at(places, points, own, grid, spacing, box, error, size):
 def _surrounded(towards, there, distance, half):
     """Whether the directions to points leave no gap of more than 180 degrees [4]; a cell that reaches a point is."""
     angle = np.where(there, np.arctan2(towards[..., 1], towards[..., 0]), np.nan)
-    angle = np.sort(angle, axis=1)                  # NaN behind
+    angle = np.sort(angle, axis=1)  # NaN behind
     last = there.sum(axis=1)
     gaps = np.diff(angle, axis=1)
     around = 2 * math.pi - (angle[np.arange(len(angle)), np.maximum(last - 1, 0)] - angle[:, 0])

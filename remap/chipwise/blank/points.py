@@ -4,9 +4,11 @@
 Called by cli/blank.py.  The kind is read from the content:
 
     log of probe_grid.ngc       begins with LOG; it has the unit and the work offset in force beside the points
-    points, PROBEOPEN           a line x y z (or x y z a b c u v w) for each, anywhere; between blanks, commas or semicolons
+    points, PROBEOPEN           a line x y z (or x y z a b c u v w) for each, anywhere; between blanks, commas or
+                                semicolons
     height map                  of Candle, bCNC or OpenCNCPilot (surface/height_map_file.py): the points of its grid
 """
+
 from __future__ import annotations
 
 import math
@@ -19,11 +21,11 @@ from chipwise.host.files import read_bytes
 from chipwise.program.records import Frame
 from chipwise.surface import height_map_file
 
-LOG = "chipwise probe"          # the first line of the sub's log
+LOG = "chipwise probe"  # the first line of the sub's log
 MOST_BYTES = height_map_file.MAX_BYTES
-OFFSETS = {"unit": 1, "g5x": 3, "g92": 3, "rotation": 1}        # lines of the log's head: so many numbers
-COLUMNS = 3, 9                  # of a line with a point
-MOST_WRONG = 0.5        # of the lines of a list of points
+OFFSETS = {"unit": 1, "g5x": 3, "g92": 3, "rotation": 1}  # lines of the log's head: so many numbers
+COLUMNS = 3, 9  # of a line with a point
+MOST_WRONG = 0.5  # of the lines of a list of points
 
 
 @dataclass
@@ -50,7 +52,8 @@ class Touched:
 
 
 def read(path: str, unit_mm: float | None, machine_mm: float | None) -> Touched:
-    """The points of a file.  unit_mm: mm of a unit of the file, None: the log says it, else mm; machine_mm: mm of a machine unit, in which LinuxCNC keeps offsets.
+    """The points of a file.  unit_mm: mm of a unit of the file, None: the log says it, else mm; machine_mm: mm of a
+    machine unit, in which LinuxCNC keeps offsets.
 
     Raises CycleError for another file, OSError."""
     data = read_bytes(path, MOST_BYTES)
@@ -65,20 +68,26 @@ def read(path: str, unit_mm: float | None, machine_mm: float | None) -> Touched:
 
 def _of_map_or_list(path: str, data: bytes, lines: list[str]) -> np.ndarray:
     """(n, 3).  A height map first: the head of one of bCNC looks like points."""
-    trouble = CycleError(f"{path} is not a list of points", "give the log of probe_grid.ngc, lines x y z, or a height map of Candle, bCNC or OpenCNCPilot")
+    trouble = CycleError(
+        f"{path} is not a list of points",
+        "give the log of probe_grid.ngc, lines x y z, or a height map of Candle, bCNC or OpenCNCPilot",
+    )
     try:
         found = height_map_file.read_height_map(data)
-    except CycleError as error:                     # points that are not a grid, too
+    except CycleError as error:  # points that are not a grid, too
         found, trouble = None, error
     if found is not None:
         x, y = np.meshgrid(found.x, found.y)
         return np.column_stack((x.ravel(), y.ravel(), found.height.ravel()))
     rows = [numbers(line) for line in lines]
-    if rows[0] is None and len(rows) > 1:           # the columns' names
+    if rows[0] is None and len(rows) > 1:  # the columns' names
         rows = rows[1:]
     wrong = [number for number, row in enumerate(rows) if row is None or len(row) not in COLUMNS]
-    if wrong and len(wrong) < MOST_WRONG * len(rows):          # else it is something else than a list
-        raise CycleError(f"{path} has a line that is not a point: {lines[wrong[0] - len(rows)][:40]}", "correct the line, or take it out")
+    if wrong and len(wrong) < MOST_WRONG * len(rows):  # else it is something else than a list
+        raise CycleError(
+            f"{path} has a line that is not a point: {lines[wrong[0] - len(rows)][:40]}",
+            "correct the line, or take it out",
+        )
     if wrong:
         raise trouble
     return np.array([row[:3] for row in rows if row])

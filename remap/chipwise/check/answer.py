@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Judges one program: reads it, assumes what it does not name, and simulates it (simulate.py), again where that is needed -> Result.
+"""Judges one program: reads it, assumes what it does not name, and simulates it (simulate.py), again where that is
+needed -> Result.
 
 Called by run.py and setup/measure.py.
 """
@@ -23,28 +24,32 @@ from chipwise.errors import CycleError, unnamed
 from chipwise.settings import load_settings
 from chipwise.tool_data.geometry import load_tools
 
-MOST_LACKING = 50           # tools and axes that a machine lacks
+MOST_LACKING = 50  # tools and axes that a machine lacks
 
 
 @dataclass(frozen=True)
 class Checking:
     """How a program is checked."""
-    stock: tuple | None = None          # (low, high), mm in work coordinates
-    cell: float | None = None           # mm, None: [CHIPWISE]CELL; smaller where a tool needs it
-    cpu_s: float = CPU_S                # of computing time
-    limits: dict = field(default_factory=dict)      # of its Reader, besides cpu_s
-    assumes: bool = False               # whether a stock and tools that the program does not name are assumed
-    tool: int | None = None             # then: of the one in the spindle at the beginning
-    diameter: float | None = None       # mm, of that tool
-    completes: bool = False             # whether it is judged on a machine that lacks its tools or rotary axes, which is a finding then
-    simulated: Callable = Simulation    # makes the Simulation of its arguments
-    confirmed: Callable | None = None   # of program and settings: the setup/job.py Job of its set-up or None
+
+    stock: tuple | None = None  # (low, high), mm in work coordinates
+    cell: float | None = None  # mm, None: [CHIPWISE]CELL; smaller where a tool needs it
+    cpu_s: float = CPU_S  # of computing time
+    limits: dict = field(default_factory=dict)  # of its Reader, besides cpu_s
+    assumes: bool = False  # whether a stock and tools that the program does not name are assumed
+    tool: int | None = None  # then: of the one in the spindle at the beginning
+    diameter: float | None = None  # mm, of that tool
+    completes: bool = (
+        False  # whether it is judged on a machine that lacks its tools or rotary axes, which is a finding then
+    )
+    simulated: Callable = Simulation  # makes the Simulation of its arguments
+    confirmed: Callable | None = None  # of program and settings: the setup/job.py Job of its set-up or None
 
 
 def check(program, machine, stock=None, progress=None, **options):
     """Result of one program.
 
-    machine: reader.Machine; progress: called with the number of the line that is being simulated; stock, options: the fields of a Checking.
+    machine: reader.Machine; progress: called with the number of the line that is being simulated; stock, options: the
+    fields of a Checking.
     """
     how = Checking(stock, **options)
     try:
@@ -67,7 +72,8 @@ def check(program, machine, stock=None, progress=None, **options):
 
 
 def completed(program, machine, error, how):
-    """-> (a Machine with the tools and rotary axes for lack of which LinuxCNC refuses the program, [Finding] of each).  error: the first Lacking."""
+    """-> (a Machine with the tools and rotary axes for lack of which LinuxCNC refuses the program, [Finding] of each).
+    error: the first Lacking."""
     found = []
     while error:
         machine, is_tool = copy.copy(machine), error.kind == TOOL
@@ -75,7 +81,9 @@ def completed(program, machine, error, how):
             machine.added = (*machine.added, error.name)
         else:
             machine.axis_mask |= 1 << LENGTHS.index(error.name)
-        found.append(Finding(MACHINE, error.line, error.line, error.name if is_tool else 0, axis="" if is_tool else error.name))
+        found.append(
+            Finding(MACHINE, error.line, error.line, error.name if is_tool else 0, axis="" if is_tool else error.name)
+        )
         error = _lacking(program, machine, how) if len(found) < MOST_LACKING else None
     return machine, found
 
@@ -89,7 +97,7 @@ def _lacking(program, machine, how):
     except Lacking as error:
         return error
     except (Unreadable, CycleError):
-        pass                                    # who judges it says so
+        pass  # who judges it says so
     return None
 
 
@@ -111,10 +119,18 @@ class _Check:
                 _compare_comments(program, machine, result)
             return result
         except Missing as error:
-            if not how.assumes or not machine.has_y:       # a lathe's program has no stock that a mill could cut
+            if not how.assumes or not machine.has_y:  # a lathe's program has no stock that a mill could cut
                 raise
             first, second = halves(self.progress)
-            assumption = assume(surveyed(self._read(None), machine, first), program, machine, error.line, bool(how.stock), how.tool, how.diameter)
+            assumption = assume(
+                surveyed(self._read(None), machine, first),
+                program,
+                machine,
+                error.line,
+                bool(how.stock),
+                how.tool,
+                how.diameter,
+            )
             stock = (assumption.low, assumption.high) if assumption.low else how.stock
             return self._judged(stock, second, assumption, job)
 
@@ -122,12 +138,15 @@ class _Check:
         return Reader(self.program, self.machine, stock, cpu_s=self.how.cpu_s, clamps=True, **self.how.limits)
 
     def _judged(self, stock, progress, assumption, job):
-        """Result; with smaller cells, and with needles, where they are needed.  job: arguments of the Simulation besides."""
+        """Result; with smaller cells, and with needles, where they are needed.  job: arguments of the Simulation
+        besides."""
         settings = load_settings(self.machine.ini)
         tools = load_tools(settings.path("TOOL_GEOMETRY"))
         wanted, needles = self.how.cell or settings["CELL"], {}
         while True:
-            simulation = self.how.simulated(self.program, self.machine, wanted, settings, tools, needles, assumption, **job)
+            simulation = self.how.simulated(
+                self.program, self.machine, wanted, settings, tools, needles, assumption, **job
+            )
             try:
                 result = _run(simulation, self._read(stock), progress, self.how.cpu_s)
                 needles = extra_needles.needles(simulation.doubts, simulation.segments, result.cell)
@@ -151,7 +170,8 @@ def _compare_comments(program, machine, result):
 
 
 def _run(simulation, reader, progress, cpu_s):
-    """Read and simulate to the end, in cpu_s of computing time of this process from now on: it may have worked before."""
+    """Read and simulate to the end, in cpu_s of computing time of this process from now on: it may have worked
+    before."""
     end = time.process_time() + cpu_s
     with reader:
         blocks = iter(reader)
@@ -160,8 +180,11 @@ def _run(simulation, reader, progress, cpu_s):
             block, following = following, next(blocks, None)
             simulation.take(block, following is None)
             if time.process_time() > end:
-                raise Unfinished(f"the check needs more than {cpu_s:g} s of computing time",
-                                 "use a larger --cell, or raise --time-limit", int(block[-1, 1]))
+                raise Unfinished(
+                    f"the check needs more than {cpu_s:g} s of computing time",
+                    "use a larger --cell, or raise --time-limit",
+                    int(block[-1, 1]),
+                )
             if progress:
                 progress(int(block[-1, 1]))
         simulation.carries_stock = reader.carries_stock

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Both ends of a process that reads the loaded program: an order as JSON on its standard input, the answer on its standard output.
+"""Both ends of a process that reads the loaded program: an order as JSON on its standard input, the answer on its
+standard output.
 
-Called by monitor/answering.py and panel/look_ahead.py (start, end), and by the processes monitor/shadow_process.py, monitor/comment_process.py, setup/job_process.py,
-setup/time_process.py and panel/look_ahead_process.py (take_order); reasoned() is for those whose answer may be why there is none.
+Called by monitor/answering.py and panel/look_ahead.py (start, end), and by the processes monitor/shadow_process.py,
+monitor/comment_process.py, setup/job_process.py, setup/time_process.py and panel/look_ahead_process.py (take_order);
+reasoned() is for those whose answer may be why there is none.
 """
 
 import contextlib
@@ -20,8 +22,14 @@ from chipwise.program.program_file import Unreadable
 
 def start(module):
     """-> subprocess.Popen of a module of chipwise, with pipes of bytes, in a group of its own.  Raises OSError."""
-    return subprocess.Popen([sys.executable, "-m", module, str(os.getpid())], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-                            env=environment(), start_new_session=True)
+    return subprocess.Popen(
+        [sys.executable, "-m", module, str(os.getpid())],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        env=environment(),
+        start_new_session=True,
+    )
 
 
 def end(child):
@@ -32,7 +40,8 @@ def end(child):
 
 
 def take_order(nice, memory_mb):
-    """In the process: -> the order.  From here on the process ends with its parent, others come first, and its memory may grow by so much."""
+    """In the process: -> the order.  From here on the process ends with its parent, others come first, and its memory
+    may grow by so much."""
     die_with_parent(int(sys.argv[1]))
     order = json.load(sys.stdin)
     os.nice(nice)
@@ -41,7 +50,8 @@ def take_order(nice, memory_mb):
 
 
 def reasoned(answer, order, name):
-    """The answer of a function of an order and a folder of that name; {"why": the reason} where the program or what belongs to it is refused."""
+    """The answer of a function of an order and a folder of that name; {"why": the reason} where the program or what
+    belongs to it is refused."""
     with OwnFolder(name) as folder:
         try:
             return answer(order, folder)

@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The stock and the tools that a program without M250 or without tool changes is taken to be for.
 
-Called by check/answer.py.  In this order: what the user names, the comments of the CAM system (program/post_comments.py), the program's own path
-(survey.py).  A tool is never made up: where neither tool table nor comments have its diameter, Unknown says what to name.
+Called by check/answer.py.  In this order: what the user names, the comments of the CAM system
+(program/post_comments.py), the program's own path
+(survey.py).  A tool is never made up: where neither tool table nor comments have its diameter, Unknown says what to
+name.
 
-The stock of a path alone: in X and Y as far as the tools reach in feed moves below the top, down to the lowest tip of a feed move.  Its top is Z0 if
-the program feeds below Z0 and is ever above it, else the highest place of a feed move across.  So it has no walls beyond the path: a stock that is larger
-in truth is cut deeper at the sides only where tools lead in.
+The stock of a path alone: in X and Y as far as the tools reach in feed moves below the top, down to the lowest tip of a
+feed move.  Its top is Z0 if the program feeds below Z0 and is ever above it, else the highest place of a feed move
+across.  So it has no walls beyond the path: a stock that is larger in truth is cut deeper at the sides only where tools
+lead in.
 """
 
 from dataclasses import dataclass, field
@@ -19,12 +22,12 @@ from chipwise.program.program_file import Unreadable
 from chipwise.errors import format_length, format_place
 from chipwise.tool_data.geometry import ToolGeometry
 
-COMMENT, PATH = "comment", "assumed"                # where a stock comes from
-TOOL, STOCK = "tool", "stock"   # what may be lacking
-SAME = 0.01                     # diameters that differ less are the same
-LEAST_MM = 0.01                 # of a stock's extent
+COMMENT, PATH = "comment", "assumed"  # where a stock comes from
+TOOL, STOCK = "tool", "stock"  # what may be lacking
+SAME = 0.01  # diameters that differ less are the same
+LEAST_MM = 0.01  # of a stock's extent
 AROUND_MM = 1e-3
-MOST = 0.7                      # of a path that lies inside a stock
+MOST = 0.7  # of a path that lies inside a stock
 
 
 @dataclass(frozen=True)
@@ -65,7 +68,8 @@ class Assumption:
 
 
 class Unknown(Unreadable):
-    """What is missing cannot be assumed.  about: TOOL, STOCK or both; fact: without the remedy; survey: what is known without it."""
+    """What is missing cannot be assumed.  about: TOOL, STOCK or both; fact: without the remedy; survey: what is known
+    without it."""
 
     def __init__(self, text, remedy, survey, line=0, about=()):
         super().__init__(text, remedy, line)
@@ -85,21 +89,23 @@ def surveyed(reader, machine, progress=None):
 
 
 def halves(progress):
-    """Two functions of a line, for two readings of one program of which each is half the work; progress: of a line, or None."""
+    """Two functions of a line, for two readings of one program of which each is half the work; progress: of a line, or
+    None."""
     last = 0
 
     def first(line):
         nonlocal last
         last = line
         progress(line / 2)
+
     return (first, lambda line: progress((last + line) / 2)) if progress else (None, None)
 
 
 def assume(survey, program, machine, line=0, has_stock=False, tool=None, diameter=None):
     """Assumption for a program; Unknown without a tool or a depth.
 
-    line: where it cuts without a tool or a stock; has_stock: whether the user has named a stock; tool: number, diameter: mm, of the
-    tool in the spindle at the beginning, or None.
+    line: where it cuts without a tool or a stock; has_stock: whether the user has named a stock; tool: number,
+    diameter: mm, of the tool in the spindle at the beginning, or None.
     """
     said = post_comments.read(program, machine.unit_mm)
     found = Assumption()
@@ -114,7 +120,7 @@ def assume(survey, program, machine, line=0, has_stock=False, tool=None, diamete
     return found
 
 
-# ---- tools -----------------------------------------------------------------------------------------------------------------
+# ---- tools -----------------------------------------------------------------------------------------------------------
 
 
 class _Tools:
@@ -123,7 +129,11 @@ class _Tools:
     def __init__(self, said, machine, found):
         self.said, self.found = said, found
         self.unit = machine.unit
-        self.table = {number: diameter * machine.unit_mm for number, diameter in table.diameters(machine.table)} if machine.table else {}
+        self.table = (
+            {number: diameter * machine.unit_mm for number, diameter in table.diameters(machine.table)}
+            if machine.table
+            else {}
+        )
         self.added = machine.added
 
     def assume(self, survey, tool, diameter):
@@ -150,7 +160,9 @@ class _Tools:
             if number in self.added:
                 self.found.note(f"tool {number} is not in the tool table and is taken as {length}, from a comment")
             else:
-                self.found.note(f"tool {number} has no diameter in the tool table and is taken as {length}, from a comment")
+                self.found.note(
+                    f"tool {number} has no diameter in the tool table and is taken as {length}, from a comment"
+                )
         elif diameter:
             self.found.tools[number] = AssumedTool(diameter)
         else:
@@ -158,9 +170,17 @@ class _Tools:
 
     def _no_diameter(self, number):
         if number in self.added:
-            self.found.lacks(f"tool {number} is not in the tool table, and no comment has its diameter", "add it there with its D, or name the D with --tool-diameter", TOOL)
+            self.found.lacks(
+                f"tool {number} is not in the tool table, and no comment has its diameter",
+                "add it there with its D, or name the D with --tool-diameter",
+                TOOL,
+            )
         else:
-            self.found.lacks(f"tool {number} has no diameter in the tool table", "give it a D there, or name it with --tool-diameter", TOOL)
+            self.found.lacks(
+                f"tool {number} has no diameter in the tool table",
+                "give it a D there, or name it with --tool-diameter",
+                TOOL,
+            )
 
     def _spindle(self, tool, diameter):
         """The tool of moves before any tool change."""
@@ -173,27 +193,43 @@ class _Tools:
             self._take(number, AssumedTool(diameter, None, _same(self.table.get(number), diameter)))
         elif len(told) == 1:
             number = told[0].number or 0
-            self._take(number, AssumedTool(told[0].diameter, _geometry(told[0]), _same(self.table.get(number), told[0].diameter)))
-            self.found.note(f"the program calls no tool; it is taken as tool {number}, {self._length(told[0].diameter)}, from a comment")
+            self._take(
+                number,
+                AssumedTool(told[0].diameter, _geometry(told[0]), _same(self.table.get(number), told[0].diameter)),
+            )
+            self.found.note(
+                f"the program calls no tool; it is taken as tool {number}, {self._length(told[0].diameter)}, from a "
+                f"comment"
+            )
         elif tool is not None:
             self._no_diameter(tool)
         else:
             names = ", ".join(f"T{one.number} {self._length(one.diameter)}" for one in told[:8])
-            self.found.lacks(f"no tool is in the spindle (tool 0), and the program's comments name {'several: ' + names if told else 'none'}",
-                             "call one with T.. M6 before, or name it with --tool N or --tool-diameter D", TOOL)
+            self.found.lacks(
+                f"no tool is in the spindle (tool 0), and the program's comments name "
+                f"{'several: ' + names if told else 'none'}",
+                "call one with T.. M6 before, or name it with --tool N or --tool-diameter D",
+                TOOL,
+            )
 
     def _take(self, number, tool):
         self.found.spindle, self.found.tools[number] = number, tool
         if number in self.table and not tool.described:
-            self.found.note(f"tool {number} of the tool table has {self._length(self.table[number])} and is another one")
+            self.found.note(
+                f"tool {number} of the tool table has {self._length(self.table[number])} and is another one"
+            )
 
 
 def compare(found, said, diameters, unit):
-    """Note in an Assumption the tools that the comments describe otherwise.  said: post_comments.Said; diameters: {number: mm} of the tool table."""
+    """Note in an Assumption the tools that the comments describe otherwise.  said: post_comments.Said; diameters:
+    {number: mm} of the tool table."""
     for number, had in diameters.items():
         comment = said.tools.get(number)
         if comment and not _same(comment.diameter, had):
-            found.note(f"tool {number} has {format_length(had, unit)} in the tool table and {format_length(comment.diameter, unit)} in a comment; the tool table counts")
+            found.note(
+                f"tool {number} has {format_length(had, unit)} in the tool table and "
+                f"{format_length(comment.diameter, unit)} in a comment; the tool table counts"
+            )
 
 
 def _same(one, other):
@@ -207,21 +243,30 @@ def _geometry(said):
         return ToolGeometry("tapered-ball" if said.corner_radius else "vee", said.corner_radius or None, said.tip_angle)
     if said.corner_radius <= 0:
         return ToolGeometry()
-    return ToolGeometry("ball") if said.corner_radius >= 0.499 * said.diameter else ToolGeometry("bull", said.corner_radius)
+    return (
+        ToolGeometry("ball")
+        if said.corner_radius >= 0.499 * said.diameter
+        else ToolGeometry("bull", said.corner_radius)
+    )
 
 
-# ---- stock -----------------------------------------------------------------------------------------------------------------
+# ---- stock -----------------------------------------------------------------------------------------------------------
 
 
 def _assume_stock(survey, said, found, unit):
     def diameter(number, path):
-        assumed = found.tools.get(number or found.spindle)          # None: of a tool that is lacking, whose depth is known all the same
+        assumed = found.tools.get(
+            number or found.spindle
+        )  # None: of a tool that is lacking, whose depth is known all the same
         return path.figures.diameter or (assumed.diameter if assumed else 0.0)
 
     box, top = swept(survey, {number: diameter(number, path) for number, path in survey.tools.items()})
     if not box or top - box.low[2] < LEAST_MM:
-        found.lacks("no stock is defined, and the program feeds at one height only: its depth is not known",
-                    "add M250, or name the stock with --stock X0 Y0 Z0 X1 Y1 Z1", STOCK)
+        found.lacks(
+            "no stock is defined, and the program feeds at one height only: its depth is not known",
+            "add M250, or name the stock with --stock X0 Y0 Z0 X1 Y1 Z1",
+            STOCK,
+        )
         return
     if found.lacking:
         return
@@ -234,8 +279,13 @@ def _assume_stock(survey, said, found, unit):
         found.source = COMMENT
     elif said.low:
         found.note("the stock of its comments does not reach where it cuts, and is not used")
-    found.low, found.high = (tuple(float(round(value, 4)) for value in corner) for corner in survey.at_first_move(low, high))
-    words, origin = format_place((*found.low, *found.high), unit), "its comments" if found.source == COMMENT else "its path"
+    found.low, found.high = (
+        tuple(float(round(value, 4)) for value in corner) for corner in survey.at_first_move(low, high)
+    )
+    words, origin = (
+        format_place((*found.low, *found.high), unit),
+        "its comments" if found.source == COMMENT else "its path",
+    )
     found.note(f"the stock is assumed from {origin}: --stock {words}")
 
 
@@ -264,15 +314,17 @@ def _fits(size, low, high):
 
 
 def _of_size(size, low, high):
-    """Corners of a stock of known size about what is cut from low to high: its zero is at a corner or in the middle, whichever has most of the
-    path inside, or else it lies about the path."""
+    """Corners of a stock of known size about what is cut from low to high: its zero is at a corner or in the middle,
+    whichever has most of the path inside, or else it lies about the path."""
     corners = []
     for s, a, b in zip(size[:2], low[:2], high[:2]):
         if s is None:
             corners.append((a, b))
             continue
-        inside, first, last = max(((min(b, last) - max(a, first), first, last) for first, last in ((0.0, s), (-s / 2, s / 2), (-s, 0.0))),
-                                  key=lambda place: round(place[0], 6))
+        inside, first, last = max(
+            ((min(b, last) - max(a, first), first, last) for first, last in ((0.0, s), (-s / 2, s / 2), (-s, 0.0))),
+            key=lambda place: round(place[0], 6),
+        )
         corners.append((first, last) if inside > MOST * min(s, b - a) else ((a + b - s) / 2, (a + b + s) / 2))
     bottom = high[2] - size[2] if size[2] is not None else low[2]
     return (*(a for a, _ in corners), bottom), (*(b for _, b in corners), high[2])

@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How LinuxCNC's planner joins the moves of a path: speed at each joint, and the share of the acceleration that is left to each move.
+"""How LinuxCNC's planner joins the moves of a path: speed at each joint, and the share of the acceleration that is left
+to each move.
 
-Called by times.py.  Source: tp.c and blendmath.c of LinuxCNC 2.9 (tpSetupTangent, tpChooseBestBlend, tpComputeBlendVelocity, blendComputeParameters).
+Called by times.py.  Source: tp.c and blendmath.c of LinuxCNC 2.9 (tpSetupTangent, tpChooseBestBlend,
+tpComputeBlendVelocity, blendComputeParameters).
 
- 1. Between G0 and a feed, at a turn back, at each joint of G61.1 and at each one of G61 that is not tangent, and where nothing follows, the path
-    stops.  Under G64 a move that nothing follows has half the acceleration (times.py).
+ 1. Between G0 and a feed, at a turn back, at each joint of G61.1 and at each one of G61 that is not tangent, and where
+    nothing follows, the path stops.  Under G64 a move that nothing follows has half the acceleration (times.py).
  2. Two moves that are nearly tangent pass at full speed; the faster they are asked to be, the more nearly tangent.
- 3. Else the fastest of three: a slow corner, an arc between them, or a parabola, counted half, because it halves the acceleration of both moves.
+ 3. Else the fastest of three: a slow corner, an arc between them, or a parabola, counted half, because it halves the
+    acceleration of both moves.
 
 Departs from the source: arcs of a helix have no arc blends, those of the others are as short as between lines.
 """
@@ -17,21 +20,22 @@ import numpy as np
 
 from chipwise.program import records
 
-PERIOD_S = 0.001            # servo period
+PERIOD_S = 0.001  # servo period
 # share of the acceleration that a corner may take which is passed as if it were tangent: tp.c, ratio of tangents
 SLIGHT = 0.1
-ALONG_ARC, CENTRIPETAL = 0.5, 0.75 ** 0.5      # BLEND_ACC_RATIO_TANGENTIAL, BLEND_ACC_RATIO_NORMAL
-PARABOLIC = 0.5             # share of the acceleration of moves that blend parabolically
-BACK = np.cos(np.radians(178.0))    # cosine of a turn back
-STRAIGHT = 1e-12            # 1 - cosine between chords of one direction
-FLAT = 1e-5                 # a direction in a plane
+ALONG_ARC, CENTRIPETAL = 0.5, 0.75**0.5  # BLEND_ACC_RATIO_TANGENTIAL, BLEND_ACC_RATIO_NORMAL
+PARABOLIC = 0.5  # share of the acceleration of moves that blend parabolically
+BACK = np.cos(np.radians(178.0))  # cosine of a turn back
+STRAIGHT = 1e-12  # 1 - cosine between chords of one direction
+FLAT = 1e-5  # a direction in a plane
 LEAST = 1e-9
 
 
 @dataclass
 class Moves:
-    """Whole moves, (n,) or (n, 3); mm, mm/s, mm/s2: start and end tangents, inward: unit vector to an arc's centre at its start, radius (inf: straight),
-    speed: as asked for, accel: along it, begins: index of the first segment of each, whole: number of the move of each segment."""
+    """Whole moves, (n,) or (n, 3); mm, mm/s, mm/s2: start and end tangents, inward: unit vector to an arc's centre at
+    its start, radius (inf: straight), speed: as asked for, accel: along it, begins: index of the first segment of each,
+    whole: number of the move of each segment."""
 
     kind: np.ndarray
     start: np.ndarray
@@ -51,7 +55,9 @@ def moves(part, speed, accel):
     before = (direction[1:] * direction[:-1]).sum(axis=1)
     bend = np.concatenate(([True], 1.0 - before > STRAIGHT))
     arc = kinds == records.ARC
-    begins = np.concatenate(([True], (np.diff(kinds) != 0) | (np.diff(part.lines) != 0))) | (bend & np.where(arc, part.first > 0, True))
+    begins = np.concatenate(([True], (np.diff(kinds) != 0) | (np.diff(part.lines) != 0))) | (
+        bend & np.where(arc, part.first > 0, True)
+    )
     at = np.flatnonzero(begins)
     last = np.concatenate((at[1:], [len(kinds)])) - 1
     whole = np.cumsum(begins) - 1
@@ -67,7 +73,18 @@ def moves(part, speed, accel):
         radius = np.where(curved, (through[np.where(curved, later, at + 1)] - through[at]) / turn, np.inf)
     along = np.bincount(whole, part.length)
     centripetal = np.sqrt(CENTRIPETAL * np.minimum(accel[at], 1e9) * np.minimum(radius, 1e9))
-    return Moves(kinds[at], start, end, _unit(other - direction[at]), radius, along, np.minimum(speed[at], centripetal), accel[at], at, whole)
+    return Moves(
+        kinds[at],
+        start,
+        end,
+        _unit(other - direction[at]),
+        radius,
+        along,
+        np.minimum(speed[at], centripetal),
+        accel[at],
+        at,
+        whole,
+    )
 
 
 def _unit(vectors):
@@ -76,7 +93,8 @@ def _unit(vectors):
 
 
 def joined(a, bounds, tolerance, override):
-    """(speed at the end of each move but the last, mm/s; s that a parabola saves there; share of the acceleration of each move) of Moves.
+    """(speed at the end of each move but the last, mm/s; s that a parabola saves there; share of the acceleration of
+    each move) of Moves.
 
     bounds (3,): mm/s2 of the axes; tolerance: mm, of a PATH record; override: the largest feed override."""
     n = len(a.kind) - 1
@@ -108,19 +126,22 @@ def _parabola(a, tolerance, shares):
     """(speed of the move before where a parabola begins, mean speed along it), mm/s."""
     accel = PARABOLIC * shares * a.accel
     reach = np.maximum(np.minimum(a.speed, np.sqrt(accel * a.length / 2.0)), LEAST)
-    time = np.minimum(np.minimum((a.length / reach)[:-1], (a.length / reach)[1:]), np.maximum((reach / accel)[:-1], (reach / accel)[1:]))
+    time = np.minimum(
+        np.minimum((a.length / reach)[:-1], (a.length / reach)[1:]),
+        np.maximum((reach / accel)[:-1], (reach / accel)[1:]),
+    )
     this, following = np.minimum(reach[:-1], time * accel[:-1]), np.minimum(reach[1:], time * accel[1:])
     pull = _unit(a.start * a.accel[:, None] + a.inward * ((0.5 * a.speed) ** 2 / a.radius)[:, None])
     half = np.sqrt(np.clip((1.0 + (a.end[:-1] * pull[1:]).sum(axis=1)) / 2.0, 0.0, 1.0))
     if tolerance:
-        limit = 2.0 * np.sqrt(accel[:-1] * tolerance / np.maximum(np.sqrt(1.0 - half ** 2), LEAST))
+        limit = 2.0 * np.sqrt(accel[:-1] * tolerance / np.maximum(np.sqrt(1.0 - half**2), LEAST))
         this, following = np.minimum(this, limit), np.minimum(following, limit)
     return this, half * (this + following) / 2.0
 
 
 def _arc_speed(a, cosine, tolerance, most):
     """mm/s on the arc that blends two moves, 0 without such an arc."""
-    half, side = np.sqrt((1.0 + cosine) / 2.0), np.sqrt(np.maximum((1.0 - cosine) / 2.0, LEAST ** 2))
+    half, side = np.sqrt((1.0 + cosine) / 2.0), np.sqrt(np.maximum((1.0 - cosine) / 2.0, LEAST**2))
     short = np.minimum(a.length[:-1], a.length[1:]) / 2.0
     tolerance = np.where(tolerance > 0.0, tolerance, short / 2.0)
     distance = np.minimum(short, side * tolerance / np.maximum(1.0 - half, LEAST))

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Moves of a program against clamps: which come nearer to one than CLAMP_CLEARANCE.  Those of CLAMP comments, of the set-up of M256, and of the
-set-up that is confirmed for the program.  Called by simulate.py.  mm, machine coordinates of the tip.
+"""Moves of a program against clamps: which come nearer to one than CLAMP_CLEARANCE.  Those of CLAMP comments, of the
+set-up of M256, and of the set-up that is confirmed for the program.  Called by simulate.py.  mm, machine coordinates of
+the tip.
 
-The machine may stand anywhere before X, Y and Z are named: moves up to there are not judged, the one that comes to the first place at its end only, or,
-if it goes straight down, from above.
+The machine may stand anywhere before X, Y and Z are named: moves up to there are not judged, the one that comes to the
+first place at its end only, or, if it goes straight down, from above.
 """
 
 import numpy as np
@@ -15,8 +16,8 @@ from chipwise.clamps import set_ups
 from chipwise.clamps.clamp import Clamp
 from chipwise.clamps.distance import bodies, near
 
-SLACK_MM = 1e-6             # of the clearance
-NO_TOOL = Shape(0.0)        # of which only the axis is known
+SLACK_MM = 1e-6  # of the clearance
+NO_TOOL = Shape(0.0)  # of which only the axis is known
 
 
 class Clamps:
@@ -32,11 +33,13 @@ class Clamps:
     def take_event(self, kind, line, values):
         """A CLAMP or CLAMP_SET_UP record.  Raises CycleError for a set-up that the file does not have."""
         if kind == records.CLAMP_SET_UP:
-            self._job = None                # M256 of the program wins
+            self._job = None  # M256 of the program wins
             self._clamps = list(set_ups.clamps_of(self._file, int(values[0]))) if values[0] else []
             return
         shape, turn, *corners = values[:8]
-        self._clamps.append(Clamp(int(shape), turn, tuple(corners[:3]), tuple(corners[3:]), f"the clamp of line {line}"))
+        self._clamps.append(
+            Clamp(int(shape), turn, tuple(corners[:3]), tuple(corners[3:]), f"the clamp of line {line}")
+        )
 
     def set_length(self, length):
         """Another tool length is in force: the machine stays, the tip is elsewhere.  length (3,)."""
@@ -45,8 +48,9 @@ class Clamps:
         self._length = length
 
     def take(self, block, known, from_above, simulation):
-        """Moves (n, WIDTH), of which those from `known` on are judged.  from_above: whether the first of these is judged straight down to its end, or at
-        its end (False), None: from its start.  simulation: has tool, shape, frame, segments, and the findings of its result."""
+        """Moves (n, WIDTH), of which those from `known` on are judged.  from_above: whether the first of these is
+        judged straight down to its end, or at its end (False), None: from its start.  simulation: has tool, shape,
+        frame, segments, and the findings of its result."""
         if self._job and len(block):
             self._of_job, self._job = self._job.obstacles(self._file, simulation.frame), None
             self._clamps[:0] = self._of_job
@@ -64,11 +68,17 @@ class Clamps:
             for body in bodies(simulation.shape or NO_TOOL):
                 index, distance, share = near(clamp, body, starts[known:], ends[known:], self._clearance - SLACK_MM)
                 for k, far, s in zip((index + known).tolist(), distance.tolist(), share):
-                    self._find(clamp, body.name, block[k], starts[k] + s * (ends[k] - starts[k]), far, before + k, simulation)
+                    self._find(
+                        clamp, body.name, block[k], starts[k] + s * (ends[k] - starts[k]), far, before + k, simulation
+                    )
 
     def notes(self):
         """[[line, text]] of the clamps of the set-up."""
-        return [[0, f"the clamps of its set-up count: {', '.join(clamp.name for clamp in self._of_job)}"]] if self._of_job else []
+        return (
+            [[0, f"the clamps of its set-up count: {', '.join(clamp.name for clamp in self._of_job)}"]]
+            if self._of_job
+            else []
+        )
 
     def _find(self, clamp, part, move, place, distance, number, simulation):
         """One move; moves that follow one another are one finding."""
@@ -76,12 +86,28 @@ class Clamps:
         flutes = tool and tool.geometry and tool.geometry.flute_length
         if part == "tool" and flutes and place[2] + flutes <= clamp.bottom:
             part = "shank"
-        finding = Finding(CLAMP, line, line, tool.number if tool else 0, tuple(map(float, simulation.frame.to_work(place))), distance, self._clearance, 1,
-                          simulation.segments, tuple(map(float, place)), subject=f"{'a traverse' if rapid else 'a feed'} of the {part}", clamp=clamp.name)
+        finding = Finding(
+            CLAMP,
+            line,
+            line,
+            tool.number if tool else 0,
+            tuple(map(float, simulation.frame.to_work(place))),
+            distance,
+            self._clearance,
+            1,
+            simulation.segments,
+            tuple(map(float, place)),
+            subject=f"{'a traverse' if rapid else 'a feed'} of the {part}",
+            clamp=clamp.name,
+        )
         key = clamp, finding.subject, finding.tool
         last, other = self._open.get(key, (-2, None))
         if number == last + 1:
-            other.line, other.last_line, other.segments = min(other.line, line), max(other.last_line, line), other.segments + 1
+            other.line, other.last_line, other.segments = (
+                min(other.line, line),
+                max(other.last_line, line),
+                other.segments + 1,
+            )
             if finding.value < other.value:
                 other.value, other.position, other.machine = finding.value, finding.position, finding.machine
             finding = other

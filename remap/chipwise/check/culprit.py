@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Which move has cut a place as deep as it is in the end: the program once more, over one needle.  Called by part_simulation.py."""
+"""Which move has cut a place as deep as it is in the end: the program once more, over one needle.  Called by
+part_simulation.py."""
 
 from dataclasses import replace
 
@@ -8,9 +9,9 @@ import numpy as np
 from chipwise.check.simulate import Simulation
 from chipwise.clib.height_map import BOX
 
-CELL_MM, AROUND_MM = 0.1, 0.2       # of the map, and how far it goes around the needle
-SAME_MM = 2e-3              # of a height
-WIDER_MM = 0.01             # of the tool's radius: the place is that of a needle at the rim of the cut, to the model's rounding
+CELL_MM, AROUND_MM = 0.1, 0.2  # of the map, and how far it goes around the needle
+SAME_MM = 2e-3  # of a height
+WIDER_MM = 0.01  # of the tool's radius: the place is that of a needle at the rim of the cut, to the model's rounding
 
 
 class Culprit(Simulation):
@@ -22,7 +23,9 @@ class Culprit(Simulation):
 
     def _define(self, line, values):
         x, y = self._place[0]
-        super()._define(line, [float(BOX), 0.0, x - AROUND_MM, y - AROUND_MM, values[4], x + AROUND_MM, y + AROUND_MM, values[7]])
+        super()._define(
+            line, [float(BOX), 0.0, x - AROUND_MM, y - AROUND_MM, values[4], x + AROUND_MM, y + AROUND_MM, values[7]]
+        )
         self.map.add_needles(self._place)
 
     def _segments(self, block):
@@ -38,7 +41,7 @@ class Culprit(Simulation):
         before = self.map.needle_height.copy()
         if self.stock_number != self._stock or before[0] <= self._level or self._left(before, positions) > self._level:
             return
-        low, high = 0, len(positions)               # of moves: not yet, and deep enough
+        low, high = 0, len(positions)  # of moves: not yet, and deep enough
         while high - low > 1:
             middle = (low + high) // 2
             low, high = (low, middle) if self._left(before, positions[:middle]) <= self._level else (middle, high)

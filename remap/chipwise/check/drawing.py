@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What the report of a check draws of one program: the stock before and after, and the path of the tool.
 
-Called by simulate.py; page_stock.py draws it.  A stock of which M250 is said again begins the pictures again.  mm, machine coordinates.
+Called by simulate.py; page_stock.py draws it.  A stock of which M250 is said again begins the pictures again.  mm,
+machine coordinates.
 """
 
 import math
@@ -13,14 +14,15 @@ import numpy as np
 from chipwise.program import records
 from chipwise.check.drawn_path import Path, Thinner
 
-PICTURE = 400               # cells of a picture along its longer side
-PATH_POINTS = 3000          # of a path: more are not seen at this size
+PICTURE = 400  # cells of a picture along its longer side
+PATH_POINTS = 3000  # of a path: more are not seen at this size
 
 
 @dataclass
 class Drawing:
-    """cell: side of the pictures' cells; low: (x, y, z) of the lower corner; before, after: (rows, columns) heights; path: may be None; first: number of
-    the first segment of this stock; frame: records.Frame of the first move, None without one."""
+    """cell: side of the pictures' cells; low: (x, y, z) of the lower corner; before, after: (rows, columns) heights;
+    path: may be None; first: number of the first segment of this stock; frame: records.Frame of the first move, None
+    without one."""
 
     cell: float
     low: tuple
@@ -47,4 +49,12 @@ class Draughtsman:
         """-> Drawing."""
         stock = self._stock
         step = max(1, math.ceil(max(stock.nx, stock.ny) / PICTURE))
-        return Drawing(stock.cell * step, (stock.x0, stock.y0, stock.z_min), self._before, stock.picture(PICTURE), self._thinner.path(), self._first, self._frame)
+        return Drawing(
+            stock.cell * step,
+            (stock.x0, stock.y0, stock.z_min),
+            self._before,
+            stock.picture(PICTURE),
+            self._thinner.path(),
+            self._first,
+            self._frame,
+        )

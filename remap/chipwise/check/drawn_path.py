@@ -1,27 +1,30 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The path of a program as a picture needs it.  Pure; mm, machine coordinates of the tool's tip.
 
-Called by drawing.py, for the report of a check, by panel/look_ahead_process.py, for the path ahead of the tool, and by setup/measure.py.
+Called by drawing.py, for the report of a check, by panel/look_ahead_process.py, for the path ahead of the tool, and by
+setup/measure.py.
 
-Thinner: of points that lie within a step of path the last is kept, and both ends of a longer move, so a corner between long moves stays where it
-is, and no point of the program is further than the step from a kept one.  If there are more than MOST_POINTS, the step is doubled.  A point where
-feed and traverse change is kept, too, unless these alone are more than half of MOST_POINTS, as with thousands of holes: then what lies between two kept
-points is drawn as the second of them is, feed or traverse.
+Thinner: of points that lie within a step of path the last is kept, and both ends of a longer move, so a corner between
+long moves stays where it is, and no point of the program is further than the step from a kept one.  If there are more
+than MOST_POINTS, the step is doubled.  A point where feed and traverse change is kept, too, unless these alone are more
+than half of MOST_POINTS, as with thousands of holes: then what lies between two kept points is drawn as the second of
+them is, feed or traverse.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-STEP_MM = 0.1               # of a path of few points; a pixel of a part of 100 mm
-MOST_POINTS = 400_000       # 16 MB
-CHUNK = 65_536              # points that are thinned at once
+STEP_MM = 0.1  # of a path of few points; a pixel of a part of 100 mm
+MOST_POINTS = 400_000  # 16 MB
+CHUNK = 65_536  # points that are thinned at once
 
 
 @dataclass(frozen=True)
 class Path:
-    """points (n, 3) float32; rapid (n,) bool: the segment that ends there is a traverse; low, high (n,) int32: lines of the program on that segment;
-    step: mm between a point of the program and the path at most; s (n,): length of the path up to each point, mm."""
+    """points (n, 3) float32; rapid (n,) bool: the segment that ends there is a traverse; low, high (n,) int32: lines of
+    the program on that segment; step: mm between a point of the program and the path at most; s (n,): length of the
+    path up to each point, mm."""
 
     points: np.ndarray
     rapid: np.ndarray
@@ -37,11 +40,14 @@ class Path:
 
 def lengths(points):
     """(n,) length of the path up to each point."""
-    return np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points.astype(float), axis=0), axis=1))))[:len(points)]
+    return np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points.astype(float), axis=0), axis=1))))[
+        : len(points)
+    ]
 
 
 def thinned(points, rapid, low, high, step, mixed=False):
-    """The same four without points that are nearer than the step to others of the same kind, mixed: of either; the first and the last stay."""
+    """The same four without points that are nearer than the step to others of the same kind, mixed: of either; the
+    first and the last stay."""
     if len(points) < 3:
         return points, rapid, low, high
     s = lengths(points)
@@ -49,7 +55,7 @@ def thinned(points, rapid, low, high, step, mixed=False):
     keep = np.ones(len(points), bool)
     keep[1:-1] = (bucket[1:-1] != bucket[2:]) | (np.diff(s)[:-1] > step) | (not mixed) & (rapid[1:-1] != rapid[2:])
     kept = np.flatnonzero(keep)
-    first = np.concatenate(([0], kept[:-1] + 1))        # what a kept point has taken over
+    first = np.concatenate(([0], kept[:-1] + 1))  # what a kept point has taken over
     return points[kept], rapid[kept], np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)
 
 
@@ -65,7 +71,9 @@ class Thinner:
         for first in range(0, len(points), CHUNK):
             part = slice(first, first + CHUNK)
             line = np.asarray(lines[part], np.int32)
-            found = thinned(np.asarray(points[part], np.float32), np.asarray(rapid[part], bool), line, line, self._step, self._mixed)
+            found = thinned(
+                np.asarray(points[part], np.float32), np.asarray(rapid[part], bool), line, line, self._step, self._mixed
+            )
             self._parts.append(found)
             self._count += len(found[0])
             if self._count > self._most:

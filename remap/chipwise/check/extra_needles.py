@@ -1,19 +1,20 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Moves up whose first contact may lie before the first needle of the map that they meet: where needles of their own are wanted.
+"""Moves up whose first contact may lie before the first needle of the map that they meet: where needles of their own
+are wanted.
 
-Called by simulate.py.  On a slope the tip is lower at the contact than at that needle, so the depth is more than the one judged.
-Lengths mm, machine coordinates of the tool's tip.
+Called by simulate.py.  On a slope the tip is lower at the contact than at that needle, so the depth is more than the
+one judged.  Lengths mm, machine coordinates of the tool's tip.
 """
 
 import math
 
 import numpy as np
 
-SPACING_MM = 0.01           # of the needles: at 80 degrees a contact is judged at most 0.03 mm too low with them
-MOST = 200_000              # needles
-WORK = 2e9                  # needles times segments of the program: some ten seconds of computing
-ACROSS = 1500               # needles across a tool: a grid of some million places is looked at for a segment
-_STEP_X, _STEP_Y = math.sqrt(2.0) - 1.0, (math.sqrt(5.0) - 1.0) / 2.0       # no wall runs along a row of needles
+SPACING_MM = 0.01  # of the needles: at 80 degrees a contact is judged at most 0.03 mm too low with them
+MOST = 200_000  # needles
+WORK = 2e9  # needles times segments of the program: some ten seconds of computing
+ACROSS = 1500  # needles across a tool: a grid of some million places is looked at for a segment
+_STEP_X, _STEP_Y = math.sqrt(2.0) - 1.0, (math.sqrt(5.0) - 1.0) / 2.0  # no wall runs along a row of needles
 
 
 def doubtful(start, end, cuts, depth, limit):
@@ -55,15 +56,26 @@ def spacing_of(doubts, segments, cell):
     """mm between needles for [(radius, rows)] in a program of so many segments; None where cells are as fine."""
     if not doubts:
         return None
-    area = sum(2 * radius * float((np.hypot(*(rows[:, 2:4] - rows[:, :2]).T) + 4 * SPACING_MM).sum()) for radius, rows in doubts)
-    spacing = max(SPACING_MM, max(2 * radius for radius, _ in doubts) / ACROSS, math.sqrt(area / min(MOST, WORK / max(segments, 1))))
+    area = sum(
+        2 * radius * float((np.hypot(*(rows[:, 2:4] - rows[:, :2]).T) + 4 * SPACING_MM).sum())
+        for radius, rows in doubts
+    )
+    spacing = max(
+        SPACING_MM,
+        max(2 * radius for radius, _ in doubts) / ACROSS,
+        math.sqrt(area / min(MOST, WORK / max(segments, 1))),
+    )
     return spacing if spacing < cell / 2 else None
 
 
 def needles(doubts, segments, cell):
-    """{number of the stock: places (n, 2)} for {number: [(radius, rows of doubtful())]}; empty if they would not help."""
+    """{number of the stock: places (n, 2)} for {number: [(radius, rows of doubtful())]}; empty if they would not
+    help."""
     spacing = spacing_of([one for found in doubts.values() for one in found], segments, cell)
     if spacing is None:
         return {}
-    found = {number: np.concatenate([places(rows, radius, spacing) for radius, rows in some]) for number, some in doubts.items()}
+    found = {
+        number: np.concatenate([places(rows, radius, spacing) for radius, rows in some])
+        for number, some in doubts.items()
+    }
     return {number: one for number, one in found.items() if len(one)}

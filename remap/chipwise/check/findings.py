@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What a check finds, and its text.
 
-Called by answer.py, simulate.py, travel.py, result.py and page.py.  One Finding is a chain of segments that break one rule one after the other; its
-position and value are those of the worst of them.
+Called by answer.py, simulate.py, travel.py, result.py and page.py.  One Finding is a chain of segments that break one
+rule one after the other; its position and value are those of the worst of them.
 """
 
 from dataclasses import dataclass, field
@@ -15,7 +15,7 @@ FLUTE, RAPID, HOLDER, RATE, TOOL, FLUTES_UNKNOWN = "flute", "rapid", "holder", "
 CLEARANCE, GOUGE, MACHINE, LIMIT, CLAMP = "clearance", "gouge", "machine", "limit", "clamp"
 CHIP, POWER, BENDING = "chip", "power", "bending"
 OF_LOAD, OF_MACHINE = (RATE, CHIP, POWER, BENDING), (MACHINE, LIMIT, TOOL)
-OF_STOCK = (FLUTE, RAPID, HOLDER, RATE, CHIP, POWER, BENDING, CLEARANCE, GOUGE)          # rules that a stock decides
+OF_STOCK = (FLUTE, RAPID, HOLDER, RATE, CHIP, POWER, BENDING, CLEARANCE, GOUGE)  # rules that a stock decides
 
 RULES = {
     FLUTE: "stock is cut by the flutes only",
@@ -34,58 +34,86 @@ RULES = {
     FLUTES_UNKNOWN: "the tool's flute_length is known",
 }
 
-MAX_KEPT = 1000         # findings of a program; more are only counted
-ALIKE = 3               # findings of one rule and tool, from which on they are one line
+MAX_KEPT = 1000  # findings of a program; more are only counted
+ALIKE = 3  # findings of one rule and tool, from which on they are one line
 
 
 @dataclass
 class Finding:
-    """rule; first and last line; tool; position: (x, y, z) mm in work coordinates; value, limit: mm, mm3/min or None."""
+    """rule; first and last line; tool; position: (x, y, z) mm in work coordinates; value, limit: mm, mm3/min or
+    None."""
 
     rule: str
     line: int
     last_line: int
     tool: int
     position: Optional[tuple] = None
-    value: Optional[float] = None       # of CLAMP: mm from it, negative: in it
+    value: Optional[float] = None  # of CLAMP: mm from it, negative: in it
     limit: Optional[float] = None
     segments: int = 1
-    at: int = 0                 # segments before it, for the order
-    machine: Optional[tuple] = None     # the position, mm in machine coordinates
-    axis: str = ""                      # of MACHINE (not of a tool) and LIMIT
-    subject: str = ""                   # of CLAMP: what moves
-    clamp: str = ""                     # of CLAMP: its name
+    at: int = 0  # segments before it, for the order
+    machine: Optional[tuple] = None  # the position, mm in machine coordinates
+    axis: str = ""  # of MACHINE (not of a tool) and LIMIT
+    subject: str = ""  # of CLAMP: what moves
+    clamp: str = ""  # of CLAMP: its name
 
     def json(self):
         """As in --json."""
         x, y, z = self.position or (None, None, None)
-        return {"rule": self.rule, "line": self.line, "last_line": self.last_line, "tool": self.tool, "x": x, "y": y, "z": z,
-                "value": self.value, "limit": self.limit, "text": self.text()}
+        return {
+            "rule": self.rule,
+            "line": self.line,
+            "last_line": self.last_line,
+            "tool": self.tool,
+            "x": x,
+            "y": y,
+            "z": z,
+            "value": self.value,
+            "limit": self.limit,
+            "text": self.text(),
+        }
 
     def text(self, unit="mm"):
         """One line for the operator."""
         lines = f"line {self.line}" + (f" to {self.last_line}" if self.last_line > self.line else "")
-        where = f"{lines}: " if self.line and self.axis and not self.tool else f"{lines}, tool {self.tool}: " if self.line else f"tool {self.tool}: " if self.tool else ""     # 0: of the tool that is there before the program
+        where = (
+            f"{lines}: "
+            if self.line and self.axis and not self.tool
+            else f"{lines}, tool {self.tool}: "
+            if self.line
+            else f"tool {self.tool}: "
+            if self.tool
+            else ""
+        )  # 0: of the tool that is there before the program
         return printable(where + self.said(unit))
 
     def said(self, unit="mm"):
         """The same without line and tool."""
+
         def length(v):
             return format_length(round(v, 3), unit)
+
         at = " at X{} Y{} Z{}".format(*(length(v).split()[0] for v in self.position)) if self.position else ""
         if self.rule == FLUTE:
-            said = (f"cuts {length(self.value)} deep{at}, the flutes are {length(self.limit)} long; "
-                    "take smaller steps in Z, or a tool with longer flutes")
+            said = (
+                f"cuts {length(self.value)} deep{at}, the flutes are {length(self.limit)} long; "
+                "take smaller steps in Z, or a tool with longer flutes"
+            )
         elif self.rule == RAPID:
             said = f"a traverse meets {length(self.value)} of stock{at}; retract higher, or use G1"
         elif self.rule == CLEARANCE:
-            said = (f"traverses beside stock: {self.segments}, the nearest {length(self.value)} from it{at}, TRAVERSE_CLEARANCE is "
-                    f"{length(self.limit)}; retract higher, or use G1")
+            said = (
+                f"traverses beside stock: {self.segments}, the nearest {length(self.value)} from it{at}, "
+                f"TRAVERSE_CLEARANCE is "
+                f"{length(self.limit)}; retract higher, or use G1"
+            )
         elif self.rule == CLAMP:
             said = self._said_of_clamp(length, at)
         elif self.rule == HOLDER:
-            said = (f"the holder meets {length(self.value)} of stock{at}, the tool sticks out {length(self.limit)}; "
-                    f"let it stick out {length(self.limit + self.value)}")
+            said = (
+                f"the holder meets {length(self.value)} of stock{at}, the tool sticks out {length(self.limit)}; "
+                f"let it stick out {length(self.limit + self.value)}"
+            )
         elif self.rule in OF_LOAD:
             said = self._said_of_load(length, at)
         elif self.rule == GOUGE:
@@ -99,34 +127,59 @@ class Finding:
     def _said_of_load(self, length, at):
         """said() of OF_LOAD."""
         if self.rule == RATE:
-            said = (f"removes {self.value / MM3_PER_CM3:.4g} cm3/min{at}, the tool's max_rate is {self.limit / MM3_PER_CM3:.4g}; "
-                    "lower F, or use M251")
+            said = (
+                f"removes {self.value / MM3_PER_CM3:.4g} cm3/min{at}, the tool's max_rate is "
+                f"{self.limit / MM3_PER_CM3:.4g}; "
+                "lower F, or use M251"
+            )
         elif self.rule == CHIP:
-            said = f"cuts chips of {length(self.value)}{at}, the tool's chip_load is {length(self.limit)}; lower F, or use M251"
+            said = (
+                f"cuts chips of {length(self.value)}{at}, the tool's chip_load is {length(self.limit)}; lower F, "
+                f"or use M251"
+            )
         elif self.rule == POWER:
-            said = f"needs {self.value:.3g} W at the edges{at}, the spindle has {self.limit:.3g} W at this speed (SPINDLE_POWER, SPINDLE_TORQUE); lower F, or use M251"
+            said = (
+                f"needs {self.value:.3g} W at the edges{at}, the spindle has {self.limit:.3g} W at this speed "
+                f"(SPINDLE_POWER, SPINDLE_TORQUE); lower F, or use M251"
+            )
         else:
-            said = f"is bent by {length(self.value)} at its tip{at}, its deflection is {length(self.limit)}; lower F, take smaller cuts, or use M251"
+            said = (
+                f"is bent by {length(self.value)} at its tip{at}, its deflection is {length(self.limit)}; lower F, "
+                f"take smaller cuts, or use M251"
+            )
         return said
 
     def _said_of_machine(self, length):
         """said() of OF_MACHINE."""
         if self.rule == MACHINE and self.axis:
-            said = (f"the machine has no axis {self.axis}, so LinuxCNC refuses the program; leave {self.axis} out, or name the machine with --ini")
+            said = (
+                f"the machine has no axis {self.axis}, so LinuxCNC refuses the program; leave {self.axis} out, or "
+                f"name the machine with --ini"
+            )
         elif self.rule == MACHINE:
-            said = f"the tool is not in the tool table, so LinuxCNC refuses the program; add T{self.tool} to it, or name the machine with --ini"
+            said = (
+                f"the tool is not in the tool table, so LinuxCNC refuses the program; add T{self.tool} to it, or "
+                f"name the machine with --ini"
+            )
         elif self.rule == LIMIT:
-            said = (f"{self.axis} goes to {length(self.value)} in machine coordinates, its limit is {length(self.limit)}; "
-                    "move the work, and touch off again")
+            said = (
+                f"{self.axis} goes to {length(self.value)} in machine coordinates, its limit is {length(self.limit)}; "
+                "move the work, and touch off again"
+            )
         else:
-            said = ("the tool is not in [CHIPWISE]TOOL_GEOMETRY and is checked as a flat end mill of its diameter; "
-                    "describe it there")
+            said = (
+                "the tool is not in [CHIPWISE]TOOL_GEOMETRY and is checked as a flat end mill of its diameter; "
+                "describe it there"
+            )
         return said
 
     def _said_of_clamp(self, length, at):
         """said() of CLAMP."""
         if self.value > 0.0:
-            return f"{self.subject} comes within {length(self.value)} of {self.clamp}{at}, CLAMP_CLEARANCE is {length(self.limit)}; go over it, or round it"
+            return (
+                f"{self.subject} comes within {length(self.value)} of {self.clamp}{at}, CLAMP_CLEARANCE is "
+                f"{length(self.limit)}; go over it, or round it"
+            )
         return f"{self.subject} meets {self.clamp}{at}; go over it, or round it"
 
 
@@ -163,7 +216,9 @@ def grouped(findings):
     found = {}
     for one in findings:
         found.setdefault((one.rule, one.tool, one.axis, one.clamp), []).append(one)
-    groups = [Group(part) for many in found.values() for part in ([many] if len(many) >= ALIKE else [[one] for one in many])]
+    groups = [
+        Group(part) for many in found.values() for part in ([many] if len(many) >= ALIKE else [[one] for one in many])
+    ]
     return sorted(groups, key=lambda group: findings.index(group[0]))
 
 
@@ -172,8 +227,17 @@ def grouped_notes(notes):
     found = {}
     for line, text in notes:
         found.setdefault(text, []).append(line)
-    return [(f"lines {min(lines)} to {max(lines)}, {len(lines)} times: " if len(lines) > 1 else f"line {lines[0]}: " if lines[0] else "") + text
-            for text, lines in found.items()]
+    return [
+        (
+            f"lines {min(lines)} to {max(lines)}, {len(lines)} times: "
+            if len(lines) > 1
+            else f"line {lines[0]}: "
+            if lines[0]
+            else ""
+        )
+        + text
+        for text, lines in found.items()
+    ]
 
 
 @dataclass
@@ -182,7 +246,7 @@ class Findings:
 
     kept: list = field(default_factory=list)
     dropped: int = 0
-    _open: dict = field(default_factory=dict)       # by rule: the finding that may continue
+    _open: dict = field(default_factory=dict)  # by rule: the finding that may continue
 
     def add(self, finding):
         """A finding of its own."""
@@ -192,8 +256,8 @@ class Findings:
             self.dropped += 1
 
     def extend(self, finding, goes_on):
-        """One of a chain of segments; goes_on: the chain before, which broke the same rule, continues.  Of traverses that are too near to stock, those
-        of a tool are one."""
+        """One of a chain of segments; goes_on: the chain before, which broke the same rule, continues.  Of traverses
+        that are too near to stock, those of a tool are one."""
         before = self._open.get(finding.rule)
         if not ((goes_on or finding.rule == CLEARANCE) and before is not None and before.tool == finding.tool):
             self._open[finding.rule] = finding

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A Machine with the work offsets and the tool that are in force.  Called by the processes that read the loaded program: panel/look_ahead_process.py,
-panel/set_up.py, monitor/shadow_process.py, setup/job_process.py and setup/time_process.py; resume/running.py takes the work offsets alone."""
+"""A Machine with the work offsets and the tool that are in force.  Called by the processes that read the loaded
+program: panel/look_ahead_process.py, panel/set_up.py, monitor/shadow_process.py, setup/job_process.py and
+setup/time_process.py; resume/running.py takes the work offsets alone."""
 
 from chipwise.program.reader import Machine
 from chipwise.host.temp_folder import put
 
-G92, SYSTEM, OFFSETS, TURN, EACH = 5210, 5220, 5221, 9, 20      # parameters of LinuxCNC, numbers of LinuxCNC's manual
+G92, SYSTEM, OFFSETS, TURN, EACH = 5210, 5220, 5221, 9, 20  # parameters of LinuxCNC, numbers of LinuxCNC's manual
 
 
 def parameters(text, scene):
@@ -16,8 +17,13 @@ def parameters(text, scene):
         if len(words) >= 2 and words[0].isdigit():
             values[int(words[0])] = words[1]
     first = OFFSETS + EACH * (scene["index"] - 1)
-    known = {SYSTEM: scene["index"], first + TURN: scene["turn"], G92: float(any(scene["g92"])),
-             **dict(zip(range(first, first + 3), scene["offset"])), **dict(zip(range(G92 + 1, G92 + 4), scene["g92"]))}
+    known = {
+        SYSTEM: scene["index"],
+        first + TURN: scene["turn"],
+        G92: float(any(scene["g92"])),
+        **dict(zip(range(first, first + 3), scene["offset"])),
+        **dict(zip(range(G92 + 1, G92 + 4), scene["g92"])),
+    }
     values.update((number, f"{value:.9f}") for number, value in known.items())
     return "".join(f"{number} {value}\n" for number, value in sorted(values.items()))
 

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Results of a check as one HTML page that needs no network.
 
-Called by cli/check.py.  Load over time is an SVG, the stock one seen from above (page_stock.py); if the browser has WebGL the stock can
-be turned and zoomed besides (page.js, page.css beside this file, drawing/height_shaders.js and height_view.js, put into the page).
+Called by cli/check.py.  Load over time is an SVG, the stock one seen from above (page_stock.py); if the browser has
+WebGL the stock can be turned and zoomed besides (page.js, page.css beside this file, drawing/height_shaders.js and
+height_view.js, put into the page).
 """
 
 import html
@@ -17,8 +18,8 @@ from chipwise.check.page_stock import stock_data
 from chipwise.errors import format_length, printable
 from chipwise.rates import MM3_PER_CM3
 
-PICTURES = 40               # programs with a picture of the stock, so that the page stays small
-WIDE, HIGH, LEFT, BOTTOM = 900, 200, 70, 45     # px, of a chart
+PICTURES = 40  # programs with a picture of the stock, so that the page stays small
+WIDE, HIGH, LEFT, BOTTOM = 900, 200, 70, 45  # px, of a chart
 FOLDER = os.path.dirname(os.path.abspath(__file__))
 VIEW = [os.path.join(os.pardir, "drawing", name) for name in ("height_shaders.js", "height_view.js")]
 
@@ -27,16 +28,24 @@ def page(results):
     """HTML text."""
     shown = [number for number, r in enumerate(results) if r.drawing is not None][:PICTURES]
     groups = [grouped(r.findings.kept) for r in results]
-    stocks = {number: stock_data(results[number], number, {id(one): row for row, group in enumerate(groups[number]) for one in group}) for number in shown}
+    stocks = {
+        number: stock_data(
+            results[number], number, {id(one): row for row, group in enumerate(groups[number]) for one in group}
+        )
+        for number in shown
+    }
     body = "".join(section(number, r, stocks.get(number), groups[number]) for number, r in enumerate(results))
     data = json.dumps([stocks[number]["js"] for number in shown])
     title = "chipwise check: " + ("1 program" if len(results) == 1 else f"{len(results)} programs")
-    return (f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>\n'
-            "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; "
-            "script-src 'unsafe-inline'; img-src data:\">\n"
-            f'<style>\n{_part("page.css")}</style></head>\n<body>\n<h1>{title}</h1>\n{contents(results)}{body}'
-            f'<script type="application/json" id="stocks">{data}</script>\n<script>\n{"".join(map(_part, VIEW))}{_part("page.js")}</script>\n'
-            "</body></html>\n")
+    return (
+        f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>\n'
+        "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; "
+        "script-src 'unsafe-inline'; img-src data:\">\n"
+        f"<style>\n{_part('page.css')}</style></head>\n<body>\n<h1>{title}</h1>\n{contents(results)}{body}"
+        f'<script type="application/json" id="stocks">{data}</script>\n<script>\n'
+        f"{''.join(map(_part, VIEW))}{_part('page.js')}</script>\n"
+        "</body></html>\n"
+    )
 
 
 def _part(name):
@@ -51,18 +60,22 @@ def text(value):
 
 def contents(results):
     """One line a program."""
+
     def verdict(r):
         if r.error:
             return "bad", "cannot be checked"
         count = r.findings.count
         return ("some", f"{count} finding{'s' * (count != 1)}") if count else ("none", "no findings")
-    rows = "".join(f'<li class="{verdict(r)[0]}"><a href="#p{n}">{text(os.path.basename(r.program))}</a>: {verdict(r)[1]}</li>'
-                   for n, r in enumerate(results))
+
+    rows = "".join(
+        f'<li class="{verdict(r)[0]}"><a href="#p{n}">{text(os.path.basename(r.program))}</a>: {verdict(r)[1]}</li>'
+        for n, r in enumerate(results)
+    )
     return f"<ul>{rows}</ul>\n" if len(results) > 1 else ""
 
 
 def minutes(seconds):
-    """"0:12.4", "75:02", of minutes and seconds."""
+    """ "0:12.4", "75:02", of minutes and seconds."""
     tenths = round(seconds * 10)
     if tenths < 6000:
         return f"{tenths // 600}:{tenths % 600 / 10:04.1f}"
@@ -78,17 +91,34 @@ def section(number, result, stock, groups):
         where = f" (line {line})" if line and "(line " not in said else ""
         return f'{head}<p class="bad">{text(said)}{where}</p>\n{surveyed(result)}</section>\n'
     unit = result.unit
-    note = f"<p>{result.moves} moves, cells of {text(format_length(result.cell, unit))}. Lengths in {unit}, times in minutes and seconds.</p>\n"
+    note = (
+        f"<p>{result.moves} moves, cells of {text(format_length(result.cell, unit))}. Lengths in {unit}, times in "
+        f"minutes and seconds.</p>\n"
+    )
     note += f"<p>{text(result.part.said(unit))}</p>\n" if result.part else ""
-    return (head + note + tools_table(result) + findings_table(result, number, groups) + load_chart(result)
-            + (stock["html"] if stock else "") + "</section>\n")
+    return (
+        head
+        + note
+        + tools_table(result)
+        + findings_table(result, number, groups)
+        + load_chart(result)
+        + (stock["html"] if stock else "")
+        + "</section>\n"
+    )
 
 
 def table(heads, rows, prefix=""):
     """Rows of texts -> HTML; prefix: of the ids of the rows, "" for none."""
+
     def row(tag, cells, name=""):
         return f"<tr{name}>" + "".join(f"<{tag}>{text(c)}</{tag}>" for c in cells) + "</tr>\n"
-    return "<table>" + row("th", heads) + "".join(row("td", cells, f' id="{prefix}{k}"' if prefix else "") for k, cells in enumerate(rows)) + "</table>\n"
+
+    return (
+        "<table>"
+        + row("th", heads)
+        + "".join(row("td", cells, f' id="{prefix}{k}"' if prefix else "") for k, cells in enumerate(rows))
+        + "</table>\n"
+    )
 
 
 def surveyed(result):
@@ -97,27 +127,65 @@ def surveyed(result):
         return ""
     unit, said = result.unit, ""
     if result.extents:
-        low, high = (" ".join(f"{axis}{format_length(round(v, 3), unit).split()[0]}" for axis, v in zip("XYZ", corner)) for corner in result.extents)
+        low, high = (
+            " ".join(f"{axis}{format_length(round(v, 3), unit).split()[0]}" for axis, v in zip("XYZ", corner))
+            for corner in result.extents
+        )
         said = f"<p>It feeds from {low} to {high} ({unit}); the deepest tip is at Z{low.rpartition('Z')[2]}.</p>\n"
-    rows = [(tool.number, format_length(tool.diameter, unit).split()[0] if tool.diameter else "not known", minutes(tool.planned_s)) for tool in result.tools.values()]
+    rows = [
+        (
+            tool.number,
+            format_length(tool.diameter, unit).split()[0] if tool.diameter else "not known",
+            minutes(tool.planned_s),
+        )
+        for tool in result.tools.values()
+    ]
     return said + table(("tool", "diameter", "time with acceleration, min"), rows)
 
 
 def tools_table(result):
     """Figures of each tool."""
+
     def length(v):
         return "not known" if v is None else format_length(round(v, 3), result.unit).split()[0]
+
     rows = []
     for tool in result.tools.values():
         f = tool.json()
-        rows.append((f["tool"], length(f["diameter_mm"]), f["shape"] or "not known", minutes(f["feed_s"]), minutes(f["planned_s"]),
-                     minutes(f["volumetric_planned_s"]) if result.load_volumetric else "-", f'{f["volume_mm3"]:.0f}',
-                     *(f"{rate / MM3_PER_CM3:.4g}" for rate in (f["mean_rate_mm3_min"], f["peak_rate_mm3_min"])),
-                     f'{length(f["depth_mm"])} (line {f["depth_line"]})' if f["depth_mm"] else "-", length(f["flute_length_mm"]),
-                     length(f["least_flute_length_mm"]), length(f["least_stick_out_mm"])))
+        rows.append(
+            (
+                f["tool"],
+                length(f["diameter_mm"]),
+                f["shape"] or "not known",
+                minutes(f["feed_s"]),
+                minutes(f["planned_s"]),
+                minutes(f["volumetric_planned_s"]) if result.load_volumetric else "-",
+                f"{f['volume_mm3']:.0f}",
+                *(f"{rate / MM3_PER_CM3:.4g}" for rate in (f["mean_rate_mm3_min"], f["peak_rate_mm3_min"])),
+                f"{length(f['depth_mm'])} (line {f['depth_line']})" if f["depth_mm"] else "-",
+                length(f["flute_length_mm"]),
+                length(f["least_flute_length_mm"]),
+                length(f["least_stick_out_mm"]),
+            )
+        )
     return "<h3>Tools</h3>\n" + table(
-        ("tool", "diameter", "shape", "min at F", "min with acceleration", "min with M251", "mm3", "mean cm3/min", "peak cm3/min at F",
-         "largest depth", "flute length", "smallest flute length", "smallest stick-out"), rows)
+        (
+            "tool",
+            "diameter",
+            "shape",
+            "min at F",
+            "min with acceleration",
+            "min with M251",
+            "mm3",
+            "mean cm3/min",
+            "peak cm3/min at F",
+            "largest depth",
+            "flute length",
+            "smallest flute length",
+            "smallest stick-out",
+        ),
+        rows,
+    )
 
 
 def findings_table(result, number, groups):
@@ -128,11 +196,29 @@ def findings_table(result, number, groups):
     rows = []
     for group in groups:
         (first, last), worst = group.lines, group.worst
-        place = " ".join(format_length(round(v, 3), result.unit).split()[0] for v in worst.position) if worst.position else "-"
-        rows.append((worst.rule, first or "-" if first == last else f"{first} to {last}", worst.tool or "-", place, group.said(result.unit),
-                     *(["assumed" if result.is_assumed(worst) else ""] if result.guessed else [])))
+        place = (
+            " ".join(format_length(round(v, 3), result.unit).split()[0] for v in worst.position)
+            if worst.position
+            else "-"
+        )
+        rows.append(
+            (
+                worst.rule,
+                first or "-" if first == last else f"{first} to {last}",
+                worst.tool or "-",
+                place,
+                group.said(result.unit),
+                *(["assumed" if result.is_assumed(worst) else ""] if result.guessed else []),
+            )
+        )
     more = f"<p>and {found.dropped} more</p>\n" if found.dropped else ""
-    return "<h3>Findings</h3>\n" + table(("rule", "line", "tool", "X Y Z", "what", *(["depends on"] if result.guessed else [])), rows, f"p{number}f") + more
+    return (
+        "<h3>Findings</h3>\n"
+        + table(
+            ("rule", "line", "tool", "X Y Z", "what", *(["depends on"] if result.guessed else [])), rows, f"p{number}f"
+        )
+        + more
+    )
 
 
 # ---- load over time ------------------------------------------------------------------------------------------------
@@ -146,20 +232,37 @@ def round_above(value):
 
 def load_chart(result):
     """SVG of the removal rate over time, at F and with M251."""
-    curves = [("at F", "#888", result.load)] + ([("with M251", "#06c", result.load_volumetric)] if result.load_volumetric else [])
+    curves = [("at F", "#888", result.load)] + (
+        [("with M251", "#06c", result.load_volumetric)] if result.load_volumetric else []
+    )
     end = max(width * len(rates) for _, _, (width, rates) in curves)
     top = round_above(max(float(rates.max()) for _, _, (_, rates) in curves))
     lines = "".join(curve(colour, width, rates, end, top) for _, colour, (width, rates) in curves)
-    keys = "".join(f'<text x="{LEFT + 10 + 110 * k}" y="14" fill="{colour}">{name}</text>' for k, (name, colour, _) in enumerate(curves))
-    marks = "".join(f'<text x="{LEFT + WIDE * k / 4:.0f}" y="{HIGH + 20}" text-anchor="middle">{minutes(end * k / 4)}</text>'
-                    for k in range(5))
-    marks += "".join(f'<text x="{LEFT - 5}" y="{HIGH - (HIGH - 20) * k / 2 + 4:.0f}" text-anchor="end">{top * k / 2 / MM3_PER_CM3:g}</text>'
-                     f'<line x1="{LEFT}" x2="{LEFT + WIDE}" y1="{HIGH - (HIGH - 20) * k / 2:.0f}" y2="{HIGH - (HIGH - 20) * k / 2:.0f}" '
-                     'stroke="#ddd"/>' for k in range(3))
-    marks += (f'<text x="{LEFT + WIDE / 2:.0f}" y="{HIGH + 38}" text-anchor="middle">time, min</text>'
-              f'<text x="14" y="{HIGH / 2:.0f}" text-anchor="middle" transform="rotate(-90 14 {HIGH / 2:.0f})">cm3/min</text>')
-    return (f'<h3>Removal rate, cm3/min, over time</h3>\n<svg class="load" viewBox="0 0 {LEFT + WIDE + 30} {HIGH + BOTTOM}" '
-            f'role="img" aria-label="removal rate over time">{marks}{lines}{keys}</svg>\n')
+    keys = "".join(
+        f'<text x="{LEFT + 10 + 110 * k}" y="14" fill="{colour}">{name}</text>'
+        for k, (name, colour, _) in enumerate(curves)
+    )
+    marks = "".join(
+        f'<text x="{LEFT + WIDE * k / 4:.0f}" y="{HIGH + 20}" text-anchor="middle">{minutes(end * k / 4)}</text>'
+        for k in range(5)
+    )
+    marks += "".join(
+        f'<text x="{LEFT - 5}" y="{HIGH - (HIGH - 20) * k / 2 + 4:.0f}" '
+        f'text-anchor="end">{top * k / 2 / MM3_PER_CM3:g}</text>'
+        f'<line x1="{LEFT}" x2="{LEFT + WIDE}" y1="{HIGH - (HIGH - 20) * k / 2:.0f}" '
+        f'y2="{HIGH - (HIGH - 20) * k / 2:.0f}" '
+        'stroke="#ddd"/>'
+        for k in range(3)
+    )
+    marks += (
+        f'<text x="{LEFT + WIDE / 2:.0f}" y="{HIGH + 38}" text-anchor="middle">time, min</text>'
+        f'<text x="14" y="{HIGH / 2:.0f}" text-anchor="middle" transform="rotate(-90 14 {HIGH / 2:.0f})">cm3/min</text>'
+    )
+    return (
+        f"<h3>Removal rate, cm3/min, over time</h3>\n"
+        f'<svg class="load" viewBox="0 0 {LEFT + WIDE + 30} {HIGH + BOTTOM}" '
+        f'role="img" aria-label="removal rate over time">{marks}{lines}{keys}</svg>\n'
+    )
 
 
 def curve(colour, width, rates, end, top):

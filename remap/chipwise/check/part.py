@@ -1,17 +1,21 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What a program leaves against a model of the part: gouge, where it has cut into the part, and rest, what is left on it.
+"""What a program leaves against a model of the part: gouge, where it has cut into the part, and rest, what is left on
+it.
 
 Called by part_simulation.py when the program has been cut.  mm, machine coordinates.
 
- 1. The part is what is below the highest surface of the model seen from above: a tool from above cannot do more.  Beside the model there is no
-    part, and neither is judged.
- 2. The stock is judged at its needles (clib/height_map.py).  A needle below the model is a gouge if its top is at least the tolerance inside of the part, a needle
-    above it is a rest if its top is at least the tolerance away from the part; both by the distance to the nearest surface in any direction, so a needle
-    that a wall passes by a micrometre is neither.
- 3. A point is farther from the part than r if a ball of radius r about it does not touch the model, which the drop cutter says
-    (components/offline/drop_cutter.h).  For the gouge the model is turned upside down, without the triangles that face down.
- 4. The largest of each is found with balls that grow until none fits, then by halving.  The distance changes by no more than the place does, so one
-    needle of a square decides whether the others are tried.
+ 1. The part is what is below the highest surface of the model seen from above: a tool from above cannot do more.
+    Beside the model there is no part, and neither is judged.
+ 2. The stock is judged at its needles (clib/height_map.py).  A needle below the model is a gouge if its top is at least
+    the tolerance inside of the part, a needle above it is a rest if its top is at least the tolerance away from the
+    part; both by the distance to the nearest surface in any direction, so a needle that a wall passes by a micrometre
+    is neither.
+ 3. A point is farther from the part than r if a ball of radius r about it does not touch the model, which the drop
+    cutter says
+    (components/offline/drop_cutter.h).  For the gouge the model is turned upside down, without the triangles that face
+    down.
+ 4. The largest of each is found with balls that grow until none fits, then by halving.  The distance changes by no more
+    than the place does, so one needle of a square decides whether the others are tried.
 """
 
 from dataclasses import dataclass
@@ -24,13 +28,13 @@ from chipwise.clib import layout
 from chipwise.clib.drop_cutter import NOTHING, Mesh
 from chipwise.surface.model import Model
 
-NEEDLE = layout.DropTool(1e-4, 0.0, 0.0)        # as good as a point
-STEEP = 0.01                # of a normal: what is steeper is a wall
-ONE_SIDE = 0.01             # share of the area that may face another way in a model whose triangles face one
-GROWTH = 2.0                # from one ball to the next
-THIN = 0.1                  # of a ball's radius: squares of which one needle tells whether the others are tried
-SAME_MM = 1e-4              # the largest is found to that
-PART = 1 << 18              # needles at once
+NEEDLE = layout.DropTool(1e-4, 0.0, 0.0)  # as good as a point
+STEEP = 0.01  # of a normal: what is steeper is a wall
+ONE_SIDE = 0.01  # share of the area that may face another way in a model whose triangles face one
+GROWTH = 2.0  # from one ball to the next
+THIN = 0.1  # of a ball's radius: squares of which one needle tells whether the others are tried
+SAME_MM = 1e-4  # the largest is found to that
+PART = 1 << 18  # needles at once
 
 
 @dataclass(frozen=True)
@@ -60,13 +64,17 @@ def compared(stock, model, frame, tolerance):
     places = np.column_stack([x.ravel(), np.broadcast_to(y, x.shape).ravel()])
     top = stock.height[rows, columns].ravel().astype(float)
     mesh, inside = Mesh(part, 1.0), stock._inside(places[:, 0] - stock._middle[0], places[:, 1] - stock._middle[1])
-    surface = np.concatenate([mesh.heights(NEEDLE, places[first:first + PART], NOTHING) for first in range(0, len(places), PART)])
+    surface = np.concatenate(
+        [mesh.heights(NEEDLE, places[first : first + PART], NOTHING) for first in range(0, len(places), PART)]
+    )
     judged = inside & (surface > part.low[2] - 1.0)
     beyond = max(beyond, float(part.high[2]) - stock.z_max)
     above = judged & (top > surface + tolerance)
     below = judged & (top < np.minimum(surface, stock.z_max) - tolerance)
     rest = _largest(part, places[above], top[above], -1e9, tolerance, stock.cell)
-    gouge = _largest(_upside_down(part), places[below], -np.maximum(top[below], part.low[2]), -stock.z_max, tolerance, stock.cell)
+    gouge = _largest(
+        _upside_down(part), places[below], -np.maximum(top[below], part.low[2]), -stock.z_max, tolerance, stock.cell
+    )
     if gouge.at:
         gouge = Deviation(gouge.most, (*gouge.at[:2], -gouge.at[2]), gouge.area)
     return Comparison(gouge, rest, max(0.0, beyond))
@@ -87,11 +95,24 @@ def _window(stock, part):
     first = [int(np.floor((low - corner) / stock.cell)) - 1 for low, corner in zip(part.low, (stock.x0, stock.y0))]
     last = [int(np.ceil((high - corner) / stock.cell)) + 1 for high, corner in zip(part.high, (stock.x0, stock.y0))]
     columns, rows = (slice(max(0, a), max(0, min(size, b))) for a, b, size in zip(first, last, (stock.nx, stock.ny)))
-    if columns.start >= columns.stop or rows.start >= rows.stop or part.high[2] <= stock.z_min or part.low[2] >= stock.z_max:
-        raise CycleError("the part lies beside the stock, {x} in X, {y} in Y and {z} in Z from its corner", "correct --part-at or --part-scale",
-                         x=float(part.low[0] - stock.x0), y=float(part.low[1] - stock.y0), z=float(part.low[2] - stock.z_min))
+    if (
+        columns.start >= columns.stop
+        or rows.start >= rows.stop
+        or part.high[2] <= stock.z_min
+        or part.low[2] >= stock.z_max
+    ):
+        raise CycleError(
+            "the part lies beside the stock, {x} in X, {y} in Y and {z} in Z from its corner",
+            "correct --part-at or --part-scale",
+            x=float(part.low[0] - stock.x0),
+            y=float(part.low[1] - stock.y0),
+            z=float(part.low[2] - stock.z_min),
+        )
     size = stock.nx * stock.cell, stock.ny * stock.cell
-    out = [max(corner - low, high - corner - wide) for low, high, corner, wide in zip(part.low, part.high, (stock.x0, stock.y0), size)]
+    out = [
+        max(corner - low, high - corner - wide)
+        for low, high, corner, wide in zip(part.low, part.high, (stock.x0, stock.y0), size)
+    ]
     return rows, columns, max(*out, 0.0) if max(out) > stock.cell else 0.0
 
 
@@ -122,22 +143,28 @@ def _largest(model, places, z, floor, tolerance, cell):
         if r > 4 * radius:
             mesh, radius = Mesh(model, r), r
         tool = layout.DropTool(r, r, 0.0)
-        return np.concatenate([part[mesh.heights(tool, places[part], floor) + r <= z[part]] for part in np.split(index, range(PART, len(index), PART))])
+        return np.concatenate(
+            [
+                part[mesh.heights(tool, places[part], floor) + r <= z[part]]
+                for part in np.split(index, range(PART, len(index), PART))
+            ]
+        )
 
     def farther(index, r):
-        """Some of them, with all that are outside by r, or none: what is in a square with one that is nearer by more than its diagonal is left out."""
+        """Some of them, with all that are outside by r, or none: what is in a square with one that is nearer by more
+        than its diagonal is left out."""
         squares = _squares(places[index], THIN * r)
         order = np.lexsort((-z[index], squares))
         first = np.ones(len(order), bool)
         first[1:] = np.diff(squares[order]) != 0
-        heads = outside(index[order[first]], (1.0 - 2 ** 0.5 * THIN) * r)
+        heads = outside(index[order[first]], (1.0 - 2**0.5 * THIN) * r)
         kept = index[np.isin(squares, squares[np.isin(index, heads)])]
         return kept if len(outside(heads, r)) else outside(kept, r)
 
     found = outside(np.arange(len(places)), tolerance) if len(places) else np.zeros(0, int)
     if not len(found):
         return Deviation()
-    low, high, area = tolerance, tolerance * GROWTH, len(found) * cell ** 2
+    low, high, area = tolerance, tolerance * GROWTH, len(found) * cell**2
     while len(bigger := farther(found, high)):
         found, low, high = bigger, high, high * GROWTH
     while high - low > SAME_MM:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A check that ends with a comparison of what is left and a model of the part.  Called by cli/check.py, through check/run.py."""
+"""A check that ends with a comparison of what is left and a model of the part.  Called by cli/check.py, through
+check/run.py."""
 
 import os
 from dataclasses import dataclass
@@ -14,12 +15,13 @@ from chipwise.errors import CycleError, format_length
 from chipwise.surface.model import Placing, read_model
 
 TOLERANCE_MM = 0.05
-MOST_TRIANGLES = 1_000_000       # two minutes and half a gigabyte, if nothing is cut at all
+MOST_TRIANGLES = 1_000_000  # two minutes and half a gigabyte, if nothing is cut at all
 
 
 @dataclass(frozen=True)
 class PartOrder:
-    """path: of the model; placing: in work coordinates of the first move; tolerance: mm.  Called as a Simulation is, it makes one of its own."""
+    """path: of the model; placing: in work coordinates of the first move; tolerance: mm.  Called as a Simulation is, it
+    makes one of its own."""
 
     path: str
     placing: Placing
@@ -35,9 +37,15 @@ class PartSimulation(Simulation):
     def __init__(self, order, *arguments, **more):
         super().__init__(*arguments, **more)
         self._again, self._gouge = arguments, None
-        self._order, self._model = order, read_model(order.path, order.placing)     # before the program is read: it may take long
+        self._order, self._model = (
+            order,
+            read_model(order.path, order.placing),
+        )  # before the program is read: it may take long
         if len(self._model.triangles) > MOST_TRIANGLES:
-            raise CycleError(f"the part has {len(self._model.triangles)} triangles, more than {MOST_TRIANGLES}", "export it with a larger tolerance")
+            raise CycleError(
+                f"the part has {len(self._model.triangles)} triangles, more than {MOST_TRIANGLES}",
+                "export it with a larger tolerance",
+            )
 
     def finish(self, messages, notes):
         """-> the Result, with the part."""
@@ -46,14 +54,39 @@ class PartSimulation(Simulation):
         found = compared(self.map, self._model, frame, order.tolerance)
         result.notes = [*result.notes, *([0, note] for note in self._model.notes)]
         if found.beyond > order.tolerance:
-            result.notes.append([0, f"the part reaches {format_length(round(found.beyond, 3), result.unit)} out of the stock: what is there is not judged"])
+            result.notes.append(
+                [
+                    0,
+                    f"the part reaches {format_length(round(found.beyond, 3), result.unit)} out of the stock: what is "
+                    f"there is not judged",
+                ]
+            )
 
         def at(deviation):
             return tuple(map(float, frame.to_work(deviation.at))) if deviation.at else None
-        result.part = PartFigures(os.path.basename(order.path), order.tolerance, found.gouge.most, at(found.gouge), found.gouge.area, found.rest.most,
-                                  at(found.rest), found.rest.area)
+
+        result.part = PartFigures(
+            os.path.basename(order.path),
+            order.tolerance,
+            found.gouge.most,
+            at(found.gouge),
+            found.gouge.area,
+            found.rest.most,
+            at(found.rest),
+            found.rest.area,
+        )
         if found.gouge.at:
-            self._gouge = Finding(GOUGE, 0, 0, 0, at(found.gouge), found.gouge.most, order.tolerance, at=self.segments, machine=found.gouge.at)
+            self._gouge = Finding(
+                GOUGE,
+                0,
+                0,
+                0,
+                at(found.gouge),
+                found.gouge.most,
+                order.tolerance,
+                at=self.segments,
+                machine=found.gouge.at,
+            )
             result.findings.add(self._gouge)
         return result
 
@@ -67,4 +100,5 @@ class PartSimulation(Simulation):
             if found:
                 self._gouge.line, self._gouge.tool = found
                 self._gouge.last_line = self._gouge.line
+
         return Culprit(self._gouge.machine, self.stock_number, program, machine, settings, tools, assumption), name

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What every reader of a program's records has to ask before it cuts: which numbers, stocks, tools and heights are usable.
+"""What every reader of a program's records has to ask before it cuts: which numbers, stocks, tools and heights are
+usable.
 
 Called by simulate.py and by rewrite/.  Lengths mm, machine coordinates of the tool's tip.
 """
@@ -13,13 +14,13 @@ from chipwise.program.program_file import Missing
 from chipwise.program.reader import Unreadable
 from chipwise.clib.height_map import HeightMap, least_cell
 
-MIN_CELLS = 4               # least number of cells across a tool
-FINE_CELLS = 8              # cells across a tool that the cell is chosen for
-MAX_POSITION_MM = 1e5       # from machine zero
-ACROSS_MM = 1e-4            # shorter moves, seen from above, go straight up or down
-BEEN_MM = 1e-3              # by which a tool that comes back may be lower than it was: rounding
-ACROSS, DOWN = 3, 4         # X and Y, and Z, of a mask of axes
-PLACES_APART_MM = 3 * MAX_POSITION_MM       # in the heights of one place and the next, so that a running minimum begins anew
+MIN_CELLS = 4  # least number of cells across a tool
+FINE_CELLS = 8  # cells across a tool that the cell is chosen for
+MAX_POSITION_MM = 1e5  # from machine zero
+ACROSS_MM = 1e-4  # shorter moves, seen from above, go straight up or down
+BEEN_MM = 1e-3  # by which a tool that comes back may be lower than it was: rounding
+ACROSS, DOWN = 3, 4  # X and Y, and Z, of a mask of axes
+PLACES_APART_MM = 3 * MAX_POSITION_MM  # in the heights of one place and the next, so that a running minimum begins anew
 
 
 def check_finite(block):
@@ -30,12 +31,16 @@ def check_finite(block):
 
 
 def parts(block, last=False):
-    """Yield (moves, kind, line, values) of a block of records, in its order: consecutive moves (n, WIDTH) with whether the machine waits behind them, or
-    None with the kind, line and values of one other record.  last: nothing follows the block."""
+    """Yield (moves, kind, line, values) of a block of records, in its order: consecutive moves (n, WIDTH) with whether
+    the machine waits behind them, or None with the kind, line and values of one other record.  last: nothing follows
+    the block."""
     kinds, start = block[:, 0].astype(int), 0
     for event in (*np.flatnonzero(kinds > records.ARC).tolist(), len(block)):
         if event > start:
-            yield block[start:event], kinds[event] not in (records.PATH, records.SPINDLE) if event < len(block) else last
+            yield (
+                block[start:event],
+                kinds[event] not in (records.PATH, records.SPINDLE) if event < len(block) else last,
+            )
         if event < len(block):
             yield None, int(kinds[event]), int(block[event, 1]), block[event, 2:].tolist()
         start = event + 1
@@ -45,12 +50,14 @@ def check_positions(moves):
     """Unreadable for records of moves that go too far."""
     far = np.abs(moves[:, 2:5]).max(axis=1) > MAX_POSITION_MM
     if far.any():
-        raise Unreadable("a position is more than 100 m from machine zero", "correct the coordinates", int(moves[far][0, 1]))
+        raise Unreadable(
+            "a position is more than 100 m from machine zero", "correct the coordinates", int(moves[far][0, 1])
+        )
 
 
 def moves_at_unknown_height(kinds, z):
-    """(number of leading traverses up to the first one in Z, whether there is such a one or a feed): before it the interpreter
-    stands at machine zero, the machine anywhere.  kinds, z (n,): of the first moves."""
+    """(number of leading traverses up to the first one in Z, whether there is such a one or a feed): before it the
+    interpreter stands at machine zero, the machine anywhere.  kinds, z (n,): of the first moves."""
     known = (kinds != records.RAPID) | (np.abs(z) > 1e-9)
     if not known.any():
         return len(kinds), False
@@ -59,8 +66,9 @@ def moves_at_unknown_height(kinds, z):
 
 
 def moves_to_first_place(kinds, places, frame):
-    """(number of leading traverses to the first place across Z, whether it is reached): where they begin is only known on the machine, and the
-    interpreter starts at X0 Y0 of the work coordinates.  kinds (n,), places (n, 3): of the first moves; frame: records.Frame."""
+    """(number of leading traverses to the first place across Z, whether it is reached): where they begin is only known
+    on the machine, and the interpreter starts at X0 Y0 of the work coordinates.  kinds (n,), places (n, 3): of the
+    first moves; frame: records.Frame."""
     lead = len(kinds) if (kinds == records.RAPID).all() else int(np.argmax(kinds != records.RAPID))
     x, y, _z = frame.to_work(places[:lead].T)
     away = np.maximum(np.abs(x), np.abs(y)) > 1e-6
@@ -68,14 +76,15 @@ def moves_to_first_place(kinds, places, frame):
 
 
 class Unplaced:
-    """The first moves of a program, up to where it has named X, Y and Z: where they go is known on the machine only, and the interpreter starts at 0."""
+    """The first moves of a program, up to where it has named X, Y and Z: where they go is known on the machine only,
+    and the interpreter starts at 0."""
 
     def __init__(self):
-        self._axes = None                   # mask of those that are not named yet; None: before the first move
-        self._missed = 0                    # line of the first move that might have cut
+        self._axes = None  # mask of those that are not named yet; None: before the first move
+        self._missed = 0  # line of the first move that might have cut
         self._height_known = False
-        self.arrives = False                # whether the last of the moves just counted comes to the first place
-        self._named = self._late = 0        # line that names the last axes, and their mask
+        self.arrives = False  # whether the last of the moves just counted comes to the first place
+        self._named = self._late = 0  # line that names the last axes, and their mask
 
     def lead(self, moves, top):
         """Number of leading moves that cannot be judged.  top: of the stock, mm."""
@@ -93,13 +102,20 @@ class Unplaced:
         unnamed = moves[:, records.UNNAMED].astype(int)
         first = int(np.argmin(unnamed > 0)) if (unnamed == 0).any() else len(moves)
         axes = int(unnamed[first - 1]) if first else self._axes or 0
-        lead = first + (_moves_of_step(moves[first:]) if axes and first < len(moves) else 0)         # that one begins anywhere
-        if (moves[:lead, 0] == records.RAPID).all():                        # nothing is cut on the way: from work zero, as the interpreter has it
+        lead = first + (_moves_of_step(moves[first:]) if axes and first < len(moves) else 0)  # that one begins anywhere
+        if (
+            moves[:lead, 0] == records.RAPID
+        ).all():  # nothing is cut on the way: from work zero, as the interpreter has it
             lead = 0
         low, known = moves[:lead, 4] < top, unnamed[:lead] & DOWN == 0
         missed = np.where(moves[:lead, 0] == records.RAPID, low & known, low | ~known)
-        if axes == DOWN and 0 < lead and first < lead and (first == 0 or math.dist(moves[first - 1, 2:4], moves[first, 2:4]) < ACROSS_MM):
-            missed[first] = False                                           # straight down: its end says it all
+        if (
+            axes == DOWN
+            and 0 < lead
+            and first < lead
+            and (first == 0 or math.dist(moves[first - 1, 2:4], moves[first, 2:4]) < ACROSS_MM)
+        ):
+            missed[first] = False  # straight down: its end says it all
         if missed.any() and not self._missed:
             self._missed = int(moves[int(np.argmax(missed)), 1])
         self._axes = axes
@@ -114,9 +130,21 @@ class Unplaced:
         axes = [name for axis, name in enumerate("XYZ") if (self._axes or self._late) >> axis & 1]
         names = " and ".join(filter(None, (", ".join(axes[:-1]), axes[-1]))) + (" are" if len(axes) > 1 else " is")
         if self._axes:
-            return [[self._missed, f"{names} never named in the program: where it moves is known on the machine only and is not judged; "
-                     "name X, Y and Z before the first cut"]]
-        return [[self._named, f"{names} named first in line {self._named}: what is moved before is not judged, from line {self._missed} on"]]
+            return [
+                [
+                    self._missed,
+                    f"{names} never named in the program: where it moves is known on the machine only and is not "
+                    f"judged; "
+                    "name X, Y and Z before the first cut",
+                ]
+            ]
+        return [
+            [
+                self._named,
+                f"{names} named first in line {self._named}: what is moved before is not judged, from line "
+                f"{self._missed} on",
+            ]
+        ]
 
 
 def _moves_of_step(moves):
@@ -126,16 +154,18 @@ def _moves_of_step(moves):
 
 
 def near_stock(start, positions, kinds, top, been):
-    """(n,) bool: traverses that may come too near to stock at their side, of moves from start (3,) to positions (n, 3); and the lowest Z since the
-    tool is at its last place across the axis, which is `been` (mm) at the first.
+    """(n,) bool: traverses that may come too near to stock at their side, of moves from start (3,) to positions (n, 3);
+    and the lowest Z since the tool is at its last place across the axis, which is `been` (mm) at the first.
 
-    Not straight up, nor above the top of the stock (mm), nor straight down to where the tool has been since it came there, as between the pecks
-    of a drill.
+    Not straight up, nor above the top of the stock (mm), nor straight down to where the tool has been since it came
+    there, as between the pecks of a drill.
     """
     z = np.concatenate(([min(been, start[2])], positions[:, 2]))
     moved = np.hypot(*np.diff(positions[:, :2], axis=0, prepend=start[None, :2]).T) > ACROSS_MM
     place = np.concatenate(([0], np.cumsum(moved)))
-    lowest = np.minimum.accumulate(z - place * PLACES_APART_MM) + place * PLACES_APART_MM       # since the tool is at a place
+    lowest = (
+        np.minimum.accumulate(z - place * PLACES_APART_MM) + place * PLACES_APART_MM
+    )  # since the tool is at a place
     before = np.concatenate((start[None, 2], positions[:-1, 2]))
     rises, again = ~moved & (positions[:, 2] >= before), ~moved & (positions[:, 2] >= lowest[:-1] - BEEN_MM)
     return (kinds == records.RAPID) & ~rises & ~again & (np.minimum(before, positions[:, 2]) < top), float(lowest[-1])
@@ -145,8 +175,11 @@ def make_map(line, values, cell):
     """HeightMap of a STOCK record; the cell is larger where the stock is.  Unreadable for one that cannot be known."""
     shape, turn, *corners = values[:8]
     if shape < 0:
-        raise Unreadable("M254 restores a stock that only the machine has", "define it with M250, or name it with --stock "
-                         "and leave M254 out", line)
+        raise Unreadable(
+            "M254 restores a stock that only the machine has",
+            "define it with M250, or name it with --stock and leave M254 out",
+            line,
+        )
     low, high = corners[:3], corners[3:]
     if not all(b - a >= 1e-3 for a, b in zip(low, high)):
         raise Unreadable("the stock has no extent", "give a maximum above the minimum in X, Y and Z", line)
@@ -159,8 +192,11 @@ def cannot_cut(tool, shape, line):
         if tool is not None:
             raise Missing(f"tool {tool} has no diameter in the tool table", "give it a D there", line)
         raise Missing("no tool is in the spindle (tool 0)", "call one with T.. M6 before", line)
-    raise Missing("no stock is defined", "add M250 (with words, or with a WORKPIECE comment), or name the stock with "
-                  "--stock X0 Y0 Z0 X1 Y1 Z1", line)
+    raise Missing(
+        "no stock is defined",
+        "add M250 (with words, or with a WORKPIECE comment), or name the stock with --stock X0 Y0 Z0 X1 Y1 Z1",
+        line,
+    )
 
 
 def is_too_coarse(stock, diameter):
@@ -172,11 +208,18 @@ def finer_cell(stock, asked, line, number, diameter):
     """The cell (mm) that suits a tool; Unreadable if the user has asked for a larger one or the stock is too large."""
     cell, least = math.floor(diameter / FINE_CELLS * 1000) / 1000, least_cell(stock.low, stock.high)
     if asked:
-        raise Unreadable(f"tool {number} of {diameter:g} mm has less than {MIN_CELLS} cells of {stock.cell:g} mm across",
-                         f"use --cell {cell:g}, or leave --cell out", line)
+        raise Unreadable(
+            f"tool {number} of {diameter:g} mm has less than {MIN_CELLS} cells of {stock.cell:g} mm across",
+            f"use --cell {cell:g}, or leave --cell out",
+            line,
+        )
     if cell < least:
-        raise Unreadable(f"tool {number} of {diameter:g} mm is too small for a stock of this size: its cells have at least "
-                         f"{least:.3g} mm", "check the program in parts, with --stock around each", line)
+        raise Unreadable(
+            f"tool {number} of {diameter:g} mm is too small for a stock of this size: its cells have at least "
+            f"{least:.3g} mm",
+            "check the program in parts, with --stock around each",
+            line,
+        )
     return cell
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Checks many programs: a process for each (batch/pool.py).  Called by cli/check.py; filter/work.py has a process of its own."""
+"""Checks many programs: a process for each (batch/pool.py).  Called by cli/check.py; filter/work.py has a process of
+its own."""
 
 import os
 
@@ -46,7 +47,7 @@ def checked(program, progress, arguments):
         return failed(program, "it needs more memory than there is; use a larger --cell")
     except FolderError as error:
         return failed(program, unnamed(error))
-    except Exception as error:      # one bad program never stops the rest
+    except Exception as error:  # one bad program never stops the rest
         if os.environ.get("CHIPWISE_TRACEBACK"):
             raise
         return failed(program, of_unexpected(error))

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Simulates one program: records of program/reader.py -> Result.
 
-Called by answer.py.  Source: CN105492980 [0043]..[0048]: from the path, the stock's shape and the length of the flutes it is
-decided whether the flutes are long enough everywhere; JP3131045 [0006]..[0009]: the removal rate of every move.
+Called by answer.py.  Source: CN105492980 [0043]..[0048]: from the path, the stock's shape and the length of the flutes
+it is decided whether the flutes are long enough everywhere; JP3131045 [0006]..[0009]: the removal rate of every move.
 Departs from the sources: the whole program with all its tools, and traverses and holders too.
 
-Depth is the height of the stock that a move meets above the tool's tip.  It is at most one cell too large, and too small only by
-remains smaller than a cell (components/offline/height_sweep.h); stock that an earlier move has removed, or that is thinner than
-0.004 mm, does not count.
+Depth is the height of the stock that a move meets above the tool's tip.  It is at most one cell too large, and too
+small only by remains smaller than a cell (components/offline/height_sweep.h); stock that an earlier move has removed,
+or that is thinner than 0.004 mm, does not count.
 """
 
 import math
@@ -33,12 +33,12 @@ from chipwise.check.travel import Extents, Travel
 from chipwise.stock import store
 from chipwise.tool_data.geometry import ToolGeometry
 
-MIN_DEPTH_MM = 0.005        # smaller depths and contacts are ignored
-SEGMENT_MM = 1.0            # moves with feeds are divided into segments of this length
-STILL_MM = 1e-6             # across the axis: straight down
-GAP = 5                     # segments within the rule that do not divide a finding
-PART = 65536                # segments simulated at once
-RATE_SLACK = 1.05           # the cells give the rate over a window to some per cent
+MIN_DEPTH_MM = 0.005  # smaller depths and contacts are ignored
+SEGMENT_MM = 1.0  # moves with feeds are divided into segments of this length
+STILL_MM = 1e-6  # across the axis: straight down
+GAP = 5  # segments within the rule that do not divide a finding
+PART = 65536  # segments simulated at once
+RATE_SLACK = 1.05  # the cells give the rate over a window to some per cent
 
 
 class TooCoarse(Exception):
@@ -46,30 +46,31 @@ class TooCoarse(Exception):
 
 
 class Simulation(ToothRules):
-    """A program under way: take() each block of records, then finish().  needles: {number of the stock: places (n, 2)} besides;
-    assumption: of assumed/, None: everything is the program's own; job: setup/job.py's of a set-up, None: without one."""
+    """A program under way: take() each block of records, then finish().  needles: {number of the stock: places (n, 2)}
+    besides; assumption: of assumed/, None: everything is the program's own; job: setup/job.py's of a set-up, None:
+    without one."""
 
     def __init__(self, program, machine, cell, settings, tools, needles=None, assumption=None, job=None):
         self.result = Result(program, unit=machine.unit)
         self.settings, self.cell, self.geometry = settings, cell, tools
         self.timer = Timer(machine)
-        self.position = None                            # (3,), mm
-        self.place_known = self.blind = False      # blind: what cannot be judged moves
+        self.position = None  # (3,), mm
+        self.place_known = self.blind = False  # blind: what cannot be judged moves
         self.unplaced = rules.Unplaced()
         self.map = self.draughtsman = None
         self.tool, self.shape = None, None
         self.begin_tooth(program, settings, job.material if job else "")
-        self.been = math.inf                            # mm, lowest Z of this tool since it is at its place across the axis
+        self.been = math.inf  # mm, lowest Z of this tool since it is at its place across the axis
         self.frame = records.Frame()
-        self.apart = 0                                  # traverses to the first place that are still to come
-        self.segments = 0                               # taken before this part
-        self.broken = {}                                # by rule: the last segment that broke it
+        self.apart = 0  # traverses to the first place that are still to come
+        self.segments = 0  # taken before this part
+        self.broken = {}  # by rule: the last segment that broke it
         self.needles, self.stock_number = needles or {}, -1
-        self.doubts = {}                                # {number of the stock: [(radius, rows of doubts.doubtful())]}
+        self.doubts = {}  # {number of the stock: [(radius, rows of doubts.doubtful())]}
         self.extents = Extents()
         self.travel = Travel(machine.limits) if machine.limits else None
         self.clamps = Clamps(settings, job)
-        self.assumption, self.carries_stock = assumption, False      # the latter: reader.Reader's; set by who reads
+        self.assumption, self.carries_stock = assumption, False  # the latter: reader.Reader's; set by who reads
         if assumption:
             self.result.assume(assumption)
             if assumption.spindle is not None:
@@ -127,7 +128,11 @@ class Simulation(ToothRules):
         found = doubt.read(os.path.join(self.settings.path("STOCK_DIR"), store.slot_name(slot))) if slot >= 0 else None
         if found:
             found = found.replace("; ", ", ")
-            raise Unreadable(f"M254 restores the probed blank of slot {slot}, which only the machine has: {found}", "define the blank with M250 and that allowance, or name it with --stock and leave M254 out", line)
+            raise Unreadable(
+                f"M254 restores the probed blank of slot {slot}, which only the machine has: {found}",
+                "define the blank with M250 and that allowance, or name it with --stock and leave M254 out",
+                line,
+            )
 
     def _take_tool(self, number, diameter, line):
         self.tool = self.shape = None
@@ -163,7 +168,9 @@ class Simulation(ToothRules):
     def _moves(self, block, stops):
         """Moves with one tool in one stock.  stops: the machine waits behind them."""
         rules.check_positions(block)
-        self.position = block[0, 2:5].copy() if self.position is None else self.position       # unknown before the first move
+        self.position = (
+            block[0, 2:5].copy() if self.position is None else self.position
+        )  # unknown before the first move
         self.result.moves += len(block)
         if not self.place_known:
             self.apart, self.place_known = rules.moves_to_first_place(block[:, 0], block[:, 2:5], self.frame)
@@ -205,8 +212,9 @@ class Simulation(ToothRules):
                 before = np.concatenate((start[None], rows[:-1, 2:5]))
                 index, share = rules.divided(n)
                 part = rows[index]
-                part[:, 2:5] = np.where((share < 1)[:, None], before[index] + (part[:, 2:5] - before[index]) * share[:, None],
-                                        part[:, 2:5])
+                part[:, 2:5] = np.where(
+                    (share < 1)[:, None], before[index] + (part[:, 2:5] - before[index]) * share[:, None], part[:, 2:5]
+                )
                 yield part
             first, start = end, rows[-1, 2:5]
 
@@ -218,7 +226,7 @@ class Simulation(ToothRules):
         moving = length > 1e-9
         if not self.blind:
             self.extents.take(moving & (kinds != records.RAPID), self.position, positions, self.frame)
-        moving[:self.apart], self.apart = False, max(0, self.apart - len(moving))
+        moving[: self.apart], self.apart = False, max(0, self.apart - len(moving))
         if moving.any():
             volume = met["volume"].astype(np.float64) if met is not None else np.zeros(len(length))
             part = PathPart.of(block, steps, length, volume, moving)
@@ -262,25 +270,37 @@ class Simulation(ToothRules):
             tool.reach = max(tool.reach, stock.z_max - float(positions[cuts, 2].min()))
         g = tool.geometry
         if g is not None and g.flute_length is not None:
-            self._find(FLUTE, cuts & (met["depth"] > g.flute_length + MIN_DEPTH_MM), met["depth"], g.flute_length, positions, lines, met)
+            self._find(
+                FLUTE,
+                cuts & (met["depth"] > g.flute_length + MIN_DEPTH_MM),
+                met["depth"],
+                g.flute_length,
+                positions,
+                lines,
+                met,
+            )
             self._doubt(positions, cuts, met["depth"], g.flute_length + MIN_DEPTH_MM)
         self._find_traverses(kinds, positions, lines, met)
-        self._find(HOLDER, met["holder"] > MIN_DEPTH_MM, met["holder"], self.shape.stick_out or None, positions, lines, met)
+        self._find(
+            HOLDER, met["holder"] > MIN_DEPTH_MM, met["holder"], self.shape.stick_out or None, positions, lines, met
+        )
         return met
 
     def _find_traverses(self, kinds, positions, lines, met):
-        """Traverses in stock.  The model cuts one straight down in steps, and the depth of each is that of what is new; together they are as deep as
-        the volume over the tool's circle, or more."""
+        """Traverses in stock.  The model cuts one straight down in steps, and the depth of each is that of what is new;
+        together they are as deep as the volume over the tool's circle, or more."""
         broken = (kinds == records.RAPID) & (met["depth"] > MIN_DEPTH_MM)
         near = (met["beside"] >= 0.0) & ~broken
         if near.any():
             where = met[["beside_at"]].copy()
             where.dtype.names = ("at",)
-            self._find(CLEARANCE, near, met["beside"], self.settings["TRAVERSE_CLEARANCE"], positions, lines, where, np.argmin)
+            self._find(
+                CLEARANCE, near, met["beside"], self.settings["TRAVERSE_CLEARANCE"], positions, lines, where, np.argmin
+            )
         if not broken.any():
             return
         across = np.hypot(*np.diff(positions[:, :2], axis=0, prepend=self.position[None, :2]).T)
-        down = met["volume"] / (math.pi * self.shape.diameter ** 2 / 4)
+        down = met["volume"] / (math.pi * self.shape.diameter**2 / 4)
         whole = broken & (across < STILL_MM) & (down > met["depth"])
         met["at"][whole] = 1.0
         self._find(RAPID, broken, np.where(whole, down, met["depth"]), None, positions, lines, met)
@@ -288,7 +308,9 @@ class Simulation(ToothRules):
     def _doubt(self, positions, cuts, depth, limit):
         """Keep the moves up that may cut deeper than they are judged."""
         if not self.needles:
-            found = extra_needles.doubtful(np.concatenate((self.position[None], positions[:-1])), positions, cuts, depth, limit)
+            found = extra_needles.doubtful(
+                np.concatenate((self.position[None], positions[:-1])), positions, cuts, depth, limit
+            )
             if len(found):
                 self.doubts.setdefault(self.stock_number, []).append((self.shape.diameter / 2, found))
 
@@ -309,9 +331,20 @@ class Simulation(ToothRules):
             worst = int(part[worst_of(values[part])])
             machine, work = self._contact(positions, worst, met)
             self.result.findings.extend(
-                Finding(rule, int(lines[first:end].min()), int(lines[first:end].max()), self.tool.number,
-                        work, float(values[worst]), limit, len(part), at + first, machine),
-                goes_on=at + first - last <= GAP)
+                Finding(
+                    rule,
+                    int(lines[first:end].min()),
+                    int(lines[first:end].max()),
+                    self.tool.number,
+                    work,
+                    float(values[worst]),
+                    limit,
+                    len(part),
+                    at + first,
+                    machine,
+                ),
+                goes_on=at + first - last <= GAP,
+            )
             last = at + end - 1
 
     def second_look(self):
@@ -323,7 +356,10 @@ class Simulation(ToothRules):
         result = self.result
         if self.map is None:
             raise Missing("no stock is defined", "add M250, or name the stock with --stock X0 Y0 Z0 X1 Y1 Z1")
-        result.messages, result.notes = messages, [*result.notes, *notes, *self.clamps.notes(), *self.unplaced.notes(), *self.tooth_notes()]
+        result.messages, result.notes = (
+            messages,
+            [*result.notes, *notes, *self.clamps.notes(), *self.unplaced.notes(), *self.tooth_notes()],
+        )
         if self.travel:
             self.travel.finish(result.findings, result.notes, result.unit)
         result.findings.kept.sort(key=lambda finding: finding.at)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Where a program goes, without a stock: extents of its feed moves by tool, its times.
 
-Called by assume.py with the records of program/reader.py, block by block.  mm; extents are in the work coordinates that are in force at the first
-feed move: a post may go to machine zero before it chooses them.  Times are those of check/times.py.
+Called by assume.py with the records of program/reader.py, block by block.  mm; extents are in the work coordinates that
+are in force at the first feed move: a post may go to machine zero before it chooses them.  Times are those of
+check/times.py.
 
 The place of the machine before the first move is not known, and no move from there is counted.
 """
@@ -15,8 +16,8 @@ from chipwise.check.path_part import PathPart
 from chipwise.check.result import ToolFigures
 from chipwise.check.times import Timer
 
-ACROSS_MM = 1e-4                # shorter moves, seen from above, go straight up or down
-LEVEL_MM = 1e-6                 # heights that are the same
+ACROSS_MM = 1e-4  # shorter moves, seen from above, go straight up or down
+LEVEL_MM = 1e-6  # heights that are the same
 
 
 class Box:
@@ -45,9 +46,9 @@ class ToolPath:
     def __init__(self, number, diameter):
         self.figures = ToolFigures(number, diameter)
         self.all = Box()
-        self.below_zero = Box()         # the parts of moves that lie below Z0
-        self.below_top = Box()          # moves that begin or end below the highest place of a move across
-        self.at_top = Box()             # the other ones at that height
+        self.below_zero = Box()  # the parts of moves that lie below Z0
+        self.below_top = Box()  # moves that begin or end below the highest place of a move across
+        self.at_top = Box()  # the other ones at that height
 
 
 class Survey:
@@ -55,15 +56,15 @@ class Survey:
 
     def __init__(self, machine):
         self.timer = Timer(machine)
-        self.tools = {}                 # number -> ToolPath; of those with feed moves
+        self.tools = {}  # number -> ToolPath; of those with feed moves
         self.spindle = 0, 0.0
-        self.frame, self.first_frame = records.Frame(), None      # of the first feed move; of the first move
-        self.position = None            # (3,), machine
-        self.lowest = np.inf            # Z of feed moves
-        self.top = -np.inf              # the highest end of a feed move across
-        self.highest = -np.inf          # Z of any move, machine coordinates
+        self.frame, self.first_frame = records.Frame(), None  # of the first feed move; of the first move
+        self.position = None  # (3,), machine
+        self.lowest = np.inf  # Z of feed moves
+        self.top = -np.inf  # the highest end of a feed move across
+        self.highest = -np.inf  # Z of any move, machine coordinates
         self.has_stock = False
-        self.carries_stock = False      # reader.Reader's; set by who reads
+        self.carries_stock = False  # reader.Reader's; set by who reads
         self.dwell_s, self.tool_changes = 0.0, 0
         self.place_known, self.unplaced = False, rules.Unplaced()
 
@@ -108,9 +109,18 @@ class Survey:
         moving = length > 1e-9
         moving[:apart] = False
         if moving.any():
-            self.timer.spend(PathPart.of(block, steps, length, np.zeros(len(length)), moving), tool and tool.figures, stops)
-        self.highest = max(self.highest, float(places[int(not known and kinds[0] == records.RAPID and abs(places[0, 2]) < 1e-9):, 2].max(initial=-np.inf)))
-        cuts[:self.unplaced.lead(block, -np.inf)] = False
+            self.timer.spend(
+                PathPart.of(block, steps, length, np.zeros(len(length)), moving), tool and tool.figures, stops
+            )
+        self.highest = max(
+            self.highest,
+            float(
+                places[int(not known and kinds[0] == records.RAPID and abs(places[0, 2]) < 1e-9) :, 2].max(
+                    initial=-np.inf
+                )
+            ),
+        )
+        cuts[: self.unplaced.lead(block, -np.inf)] = False
         if tool and cuts.any():
             self._feeds(tool, self._work(before[cuts]), self._work(places[cuts]))
 
@@ -146,12 +156,19 @@ class Survey:
         return self.highest - self.frame.offset[2] - self.frame.g92[2] > level
 
     def at_first_move(self, low, high):
-        """Corners of a box in the work coordinates of the first move; where those are turned against the others, of the box around it.  A zero that is
-        probed before the first cut carries a stock that is named in them."""
+        """Corners of a box in the work coordinates of the first move; where those are turned against the others, of the
+        box around it.  A zero that is probed before the first cut carries a stock that is named in them."""
         frame, first = self.frame, self.first_frame
         if first is None or frame == first or self.carries_stock:
             return low, high
-        corners = np.array([first.to_work(frame.to_machine((x, y, z))) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
+        corners = np.array(
+            [
+                first.to_work(frame.to_machine((x, y, z)))
+                for x in (low[0], high[0])
+                for y in (low[1], high[1])
+                for z in (low[2], high[2])
+            ]
+        )
         return corners.min(axis=0), corners.max(axis=0)
 
     def extents(self):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Times and removal rates of the moves of a program, at F and under M251.
 
-Called by simulate.py, segment by segment.  Speeds are mm/s, accelerations mm/s2, targets mm3/min.  The time with acceleration
-is that of a planner that looks ahead: height_sweep.c, chip_height_times.
+Called by simulate.py, segment by segment.  Speeds are mm/s, accelerations mm/s2, targets mm3/min.  The time with
+acceleration is that of a planner that looks ahead: height_sweep.c, chip_height_times.
 """
 
 import numpy as np
@@ -14,11 +14,11 @@ from chipwise.program.reader import Unreadable
 from chipwise.clib.height_map import times
 from chipwise.clib.layout import FeedMode
 
-RATE_WINDOW_MM = 2.0        # a rate is measured over at least this much path
-CORNER_MM = 0.01            # how far a corner may be rounded where the path mode is not known
-PLAN_WINDOW_MM = 1.0        # and the feed under M251 is planned over this much
-DEFAULT_SPEED, DEFAULT_ACCEL = 50.0, 500.0      # mm/s, mm/s2 if the INI file has none
-OFF, LIMIT, CONSTANT, WINDOW = map(int, FeedMode)      # M251 P
+RATE_WINDOW_MM = 2.0  # a rate is measured over at least this much path
+CORNER_MM = 0.01  # how far a corner may be rounded where the path mode is not known
+PLAN_WINDOW_MM = 1.0  # and the feed under M251 is planned over this much
+DEFAULT_SPEED, DEFAULT_ACCEL = 50.0, 500.0  # mm/s, mm/s2 if the INI file has none
+OFF, LIMIT, CONSTANT, WINDOW = map(int, FeedMode)  # M251 P
 
 
 class Timer:
@@ -28,13 +28,13 @@ class Timer:
         self.speeds = np.array([v or DEFAULT_SPEED for v in machine.speeds])
         self.accels = np.array([a or DEFAULT_ACCEL for a in machine.accels])
         self.mode, self.target, self.lower, self.ceiling = OFF, 0.0, 0.0, 0.0
-        self.volumetric = False                         # whether M251 was ever on
+        self.volumetric = False  # whether M251 was ever on
         self.load, self.load_volumetric = Load(), Load()
         self._speed, self._speed_volumetric = [0.0], [0.0]
-        self.allowed = None                             # (n,) mm/s by chip and power, of the moves of the next spend(); None: no limits
-        self.seconds = None                             # (n,) of the moves of the last spend(), at F and under M251
-        self._last = None                               # (kind, direction) of the last segment
-        self.path = CORNER_MM                           # of a PATH record
+        self.allowed = None  # (n,) mm/s by chip and power, of the moves of the next spend(); None: no limits
+        self.seconds = None  # (n,) of the moves of the last spend(), at F and under M251
+        self._last = None  # (kind, direction) of the last segment
+        self.path = CORNER_MM  # of a PATH record
         self.override = machine.max_override
 
     def set_feed_mode(self, mode, target, lower, ceiling):
@@ -71,9 +71,18 @@ class Timer:
             self._speed_volumetric[0] = self._speed[0]
         else:
             wanted = np.where(cutting, np.minimum(self._volumetric(moves, part, plain, tool), rapid_speed), plain)
-            asked = np.where(cutting, np.minimum(np.maximum(np.maximum(plain, wanted), self.ceiling / 60.0 if self.mode != LIMIT else 0.0), rapid_speed), plain)
+            asked = np.where(
+                cutting,
+                np.minimum(
+                    np.maximum(np.maximum(plain, wanted), self.ceiling / 60.0 if self.mode != LIMIT else 0.0),
+                    rapid_speed,
+                ),
+                plain,
+            )
             volumetric = wanted
-            volumetric_planned = self._planned(part, blends.moves(part, asked, accel), wanted, accel, self._speed_volumetric, stops)
+            volumetric_planned = self._planned(
+                part, blends.moves(part, asked, accel), wanted, accel, self._speed_volumetric, stops
+            )
             self._plan_more(part, wanted, rapid_speed, accel, stops)
         self._last = int(part.kinds[-1]), direction[-1].copy()
         self.seconds = planned, volumetric_planned
@@ -90,11 +99,13 @@ class Timer:
         return _rates(length, plain, planned, volume, cutting)
 
     def _plan_more(self, part, wanted, rapid_speed, accel, stops):
-        """Another clock of a subclass; wanted, rapid_speed: mm/s under M251 and of the axes; accel: mm/s2 of the axes."""
+        """Another clock of a subclass; wanted, rapid_speed: mm/s under M251 and of the axes; accel: mm/s2 of the
+        axes."""
 
     def _planned(self, part, moves, wanted, accel, speed, stops):
-        """Seconds of each segment with acceleration.  moves: blends.Moves of the part, with the speeds that the planner is asked
-        for; wanted: mm/s that the feed law leaves of them; accel: mm/s2 along it; speed: [mm/s at the beginning], changed to that at the end."""
+        """Seconds of each segment with acceleration.  moves: blends.Moves of the part, with the speeds that the planner
+        is asked for; wanted: mm/s that the feed law leaves of them; accel: mm/s2 along it; speed: [mm/s at the
+        beginning], changed to that at the end."""
         ends, saved, shares = blends.joined(moves, self.accels, self.path, self.override)
         if stops and self.path >= 0.0:
             shares[-1] *= blends.PARABOLIC
@@ -103,7 +114,7 @@ class Timer:
         corner[moves.begins[1:] - 1] = ends
         if self._last is None or (self._last[0] == records.RAPID) != (moves.kind[0] == records.RAPID):
             speed[0] = 0.0
-        elif speed[0] > 0.0:            # goes on from the part before
+        elif speed[0] > 0.0:  # goes on from the part before
             half = np.sqrt(max((1.0 + float(self._last[1] @ part.direction[0])) / 2.0, 0.0))
             speed[0] = min(speed[0], float(np.sqrt(accel[0] * max(self.path, 0.0) * half / max(1.0 - half, 1e-12))))
         most = np.minimum(wanted, moves.speed[moves.whole])
@@ -122,20 +133,22 @@ class Timer:
         held = target / 60.0 / area if target else np.full(len(area), np.inf)
         if self.allowed is not None:
             held = np.minimum(held, self.allowed)
-        elif not self.target:                   # M251 without Q, and the limits are not known
+        elif not self.target:  # M251 without Q, and the limits are not known
             return plain
         ceiling = self.ceiling / 60.0 or np.inf
         if self.mode == LIMIT:
             return np.minimum(plain, held)
         if self.mode == CONSTANT:
             return np.minimum(held, ceiling)
-        raised = np.minimum(np.maximum(plain, lower / 60.0 / area), np.maximum(ceiling, plain) if self.ceiling else plain)
+        raised = np.minimum(
+            np.maximum(plain, lower / 60.0 / area), np.maximum(ceiling, plain) if self.ceiling else plain
+        )
         return np.minimum(raised, held)
 
 
 def windows(length, volume, most=RATE_WINDOW_MM, moves=None):
-    """(mm2: volume per mm of path, mm: length) of the window of about so many mm that each segment belongs to; with blends.Moves none goes on from a long
-    move to another one, or from a G0 to a feed."""
+    """(mm2: volume per mm of path, mm: length) of the window of about so many mm that each segment belongs to; with
+    blends.Moves none goes on from a long move to another one, or from a G0 to a feed."""
     number = np.floor(np.cumsum(length) / most)
     begins = np.diff(number) > 0
     if moves is not None:

@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The largest chip, the power and the side force of each move, as a check can tell them: from the section and the depth that a move meets.
+"""The largest chip, the power and the side force of each move, as a check can tell them: from the section and the depth
+that a move meets.
 
-Called by tooth_rules.py.  Source: M. E. Martellotti, Trans. ASME 63 (1941): h = fz sin phi; O. Kienzle, VDI-Z 94 (1952): F = kc11 b h^(1 - mc).
+Called by tooth_rules.py.  Source: M. E. Martellotti, Trans. ASME 63 (1941): h = fz sin phi; O. Kienzle, VDI-Z 94
+(1952): F = kc11 b h^(1 - mc).
 
- 1. The share e = section / (largest section at that depth) is read as one arc from one side: cos phi = 1 - 2 e.  The chip is fz sin phi, and fz from half the
-    diameter on.  Where stock is met in two arcs or in stairs this is up to 40 % off; the machine reads the arcs themselves (components/core/tooth.h).
+ 1. The share e = section / (largest section at that depth) is read as one arc from one side: cos phi = 1 - 2 e.  The
+    chip is fz sin phi, and fz from half the diameter on.  Where stock is met in two arcs or in stairs this is up to 40
+    % off; the machine reads the arcs themselves (components/core/tooth.h).
  2. Power is kc11 z n fz^(1 - mc) A_mc with A_mc, the integral of sin^(1 - mc) over the arc and the depth.
- 3. The side force is RADIAL kc11 fz^(1 - mc) times the largest vector sum of all edges over a turn, each with sin^(1 - mc) over its length in the stock; of
-    the walls only: the forces on the end of a tool that falls cancel each other.
+ 3. The side force is RADIAL kc11 fz^(1 - mc) times the largest vector sum of all edges over a turn, each with sin^(1 -
+    mc) over its length in the stock; of the walls only: the forces on the end of a tool that falls cancel each other.
  4. On the way down the end cuts: its chip is fz times the fall.
  5. Sections are means over WINDOW_MM of path, since the cells give the volume of short moves in lumps.
 """
@@ -23,10 +26,13 @@ from chipwise.tool_data.materials import find_material, material_of_file
 from chipwise.settings import spindle_limit
 
 WINDOW_MM = 4.0
-LEAST_AREA = 1e-3           # mm2: less is air
-STEPS = 256                 # of the tables
+LEAST_AREA = 1e-3  # mm2: less is air
+STEPS = 256  # of the tables
 UNBENT = "the bending of tool {number} is not judged: its {what} is not known; add it to its tool geometry"
-UNFORCED = "the bending of tool {number} is not judged: no material is known; add (MATERIAL,NAME=6061), or set [CHIPWISE]MATERIAL"
+UNFORCED = (
+    "the bending of tool {number} is not judged: no material is known; add (MATERIAL,NAME=6061), or set "
+    "[CHIPWISE]MATERIAL"
+)
 NOT_JUDGED = "chip and power of tool {number} are not judged: {what} not known"
 
 
@@ -38,17 +44,20 @@ def half_width(diameter, geometry, height):
     if g.shape in ("vee", "tapered-ball") and g.tip_angle:
         slope = math.tan(math.radians(g.tip_angle) / 2.0)
         half = math.radians(g.tip_angle) / 2.0
-        begin = corner * (1.0 - math.sin(half))             # of the cone above a ball
+        begin = corner * (1.0 - math.sin(half))  # of the cone above a ball
         cone = corner * math.cos(half) + (height - begin) * slope
-        low = np.sqrt(np.clip(corner ** 2 - (corner - height) ** 2, 0.0, None))
+        low = np.sqrt(np.clip(corner**2 - (corner - height) ** 2, 0.0, None))
         return np.minimum(np.where(height < begin, low, cone), radius)
-    low = np.sqrt(np.clip(corner ** 2 - (corner - np.minimum(height, corner)) ** 2, 0.0, None))
+    low = np.sqrt(np.clip(corner**2 - (corner - np.minimum(height, corner)) ** 2, 0.0, None))
     return flat + low
 
 
 def sums_of_edges(share, edges, exponent):
-    """(n,) largest vector sums over a turn of `edges` edges in stock of 1 mm, met in one arc from one side that is `share` (n,) of the diameter wide."""
-    phi = np.radians(np.arange(0.0, 360.0, 360.0 / (edges * max(1, 720 // edges))))         # from beside the path on the side of the stock
+    """(n,) largest vector sums over a turn of `edges` edges in stock of 1 mm, met in one arc from one side that is
+    `share` (n,) of the diameter wide."""
+    phi = np.radians(
+        np.arange(0.0, 360.0, 360.0 / (edges * max(1, 720 // edges)))
+    )  # from beside the path on the side of the stock
     one = np.clip(np.sin(phi), 0.0, None) ** exponent * np.exp(1j * phi)
     met = phi[None, :] <= np.arccos(1.0 - 2.0 * np.clip(share, 0.0, 1.0))[:, None] + 1e-9
     return np.abs(np.where(met, one, 0.0).reshape(len(share), edges, -1).sum(axis=1)).max(axis=1)
@@ -65,8 +74,10 @@ class Profile:
         step = self.height[1]
         self.area = np.concatenate(([0.0], np.cumsum((width[1:] + width[:-1]) * step)))
         slope = np.diff(width, append=width[-1]) / step
-        self.edge = np.concatenate(([0.0], np.cumsum((1.0 + slope[:-1] ** 2) ** (0.5 * mc) * step)))      # of a wall, over its (n . d)^(1 - mc)
-        self.lean = np.maximum.accumulate(1.0 / np.sqrt(1.0 + slope ** 2))          # n . d of a wall, over that of its heading
+        self.edge = np.concatenate(
+            ([0.0], np.cumsum((1.0 + slope[:-1] ** 2) ** (0.5 * mc) * step))
+        )  # of a wall, over its (n . d)^(1 - mc)
+        self.lean = np.maximum.accumulate(1.0 / np.sqrt(1.0 + slope**2))  # n . d of a wall, over that of its heading
         self.lean[-1] = 1.0
 
     def length(self, depth):
@@ -79,26 +90,38 @@ class Profile:
 
 
 class Loads:
-    """Of n moves.  chip: over the feed per tooth; power_area: A_mc, mm2; side: of the side force, mm; sound: whether the window is long enough to be judged."""
+    """Of n moves.  chip: over the feed per tooth; power_area: A_mc, mm2; side: of the side force, mm; sound: whether
+    the window is long enough to be judged."""
 
     def __init__(self, chip, power_area, side, sound):
         self.chip, self.power_area, self.side, self.sound = chip, power_area, side, sound
 
 
 class ToothLoad:
-    """The limits of one tool in one program.  chip: mm, chip_load of the tool or the default; own_chip: chip_load; settings: for what the spindle gives; material: materials.Material; each None where not known."""
+    """The limits of one tool in one program.  chip: mm, chip_load of the tool or the default; own_chip: chip_load;
+    settings: for what the spindle gives; material: materials.Material; each None where not known."""
 
     def __init__(self, diameter, geometry, material, settings, chip=None):
-        self.profile, self.flutes, self.own_chip = Profile(diameter, geometry, material.mc if material else 0.0), geometry.flutes, geometry.chip_load
-        self.stiffness = stiffness(diameter, geometry.stick_out, geometry.material) if geometry.deflection and material else 0.0
-        self.bending = geometry.deflection if self.stiffness else None         # mm
+        self.profile, self.flutes, self.own_chip = (
+            Profile(diameter, geometry, material.mc if material else 0.0),
+            geometry.flutes,
+            geometry.chip_load,
+        )
+        self.stiffness = (
+            stiffness(diameter, geometry.stick_out, geometry.material) if geometry.deflection and material else 0.0
+        )
+        self.bending = geometry.deflection if self.stiffness else None  # mm
         self.chip = self.own_chip or chip
         self.material, self.settings = material, settings
         exponent = 1.0 - (material.mc if material else 0.0)
         phi = (np.arange(8 * STEPS) + 0.5) * math.pi / (8 * STEPS)
         total = np.concatenate(([0.0], np.cumsum(np.sin(phi) ** exponent) * math.pi / (8 * STEPS)))
         share = np.linspace(0.0, 1.0, STEPS)
-        self._share, self._sums, self.exponent = share, np.interp(np.arccos(1.0 - 2.0 * share), np.linspace(0.0, math.pi, 8 * STEPS + 1), total), exponent
+        self._share, self._sums, self.exponent = (
+            share,
+            np.interp(np.arccos(1.0 - 2.0 * share), np.linspace(0.0, math.pi, 8 * STEPS + 1), total),
+            exponent,
+        )
         self._sides = sums_of_edges(share, self.flutes, exponent) if self.bending else np.zeros(STEPS)
 
     def loads(self, steps, length, volume, depth, cuts):
@@ -110,17 +133,21 @@ class ToothLoad:
         area = np.add.reduceat(np.where(cuts, volume, 0.0), first)[number] / np.maximum(distance, 1e-9)
         deepest = np.maximum.reduceat(np.where(cuts, depth, 0.0), first)[number]
         fall = np.clip(-steps[:, 2] / np.maximum(length, 1e-12), 0.0, 1.0)
-        level = np.sqrt(np.clip(1.0 - fall ** 2, 0.0, 1.0))
-        end = np.minimum(fall * math.pi * self.profile.radius ** 2, area)
+        level = np.sqrt(np.clip(1.0 - fall**2, 0.0, 1.0))
+        end = np.minimum(fall * math.pi * self.profile.radius**2, area)
         share = np.clip((area - end) / np.maximum(level * self.profile.section(deepest), 1e-9), 0.0, 1.0)
         lean = np.interp(deepest, self.profile.height, self.profile.lean)
         chip = level * lean * np.where(share < 0.5, 2.0 * np.sqrt(share * (1.0 - share)), 1.0)
         walls = 0.5 * level * self.profile.section(deepest) * np.interp(share, self._share, self._sums)
         power_area = walls + end * np.maximum(fall, 1e-6) ** (self.exponent - 1.0)
-        side = self.profile.length(deepest) * level ** self.exponent * np.interp(share, self._share, self._sides)
+        side = self.profile.length(deepest) * level**self.exponent * np.interp(share, self._share, self._sides)
         met = cuts & (area > LEAST_AREA)
-        return Loads(np.where(met, np.maximum(chip, np.where(end > 0.0, fall, 0.0)), 0.0), np.where(met, power_area, 0.0), np.where(met, side, 0.0),
-                     met & (distance > WINDOW_MM / 2))
+        return Loads(
+            np.where(met, np.maximum(chip, np.where(end > 0.0, fall, 0.0)), 0.0),
+            np.where(met, power_area, 0.0),
+            np.where(met, side, 0.0),
+            met & (distance > WINDOW_MM / 2),
+        )
 
     def chips(self, loads, speed, turns):
         """(n,) mm at speeds (n,) mm/s and `turns` 1/min."""
@@ -137,7 +164,13 @@ class ToothLoad:
         """(n,) mm that the tool bends by; 0 where it is not known."""
         if not self.bending:
             return np.zeros(len(speed))
-        return RADIAL * self.material.kc11 * (speed * 60.0 / (self.flutes * turns)) ** self.exponent * loads.side / self.stiffness
+        return (
+            RADIAL
+            * self.material.kc11
+            * (speed * 60.0 / (self.flutes * turns)) ** self.exponent
+            * loads.side
+            / self.stiffness
+        )
 
     def power_limit(self, turns):
         """W that the spindle gives at a speed, 1/min; 0: no limit, or no material."""
@@ -151,9 +184,17 @@ class ToothLoad:
                 most = self.chip * edges / loads.chip
             limit = self.power_limit(turns)
             if limit:
-                most = np.minimum(most, edges * (limit * 1000.0 / (self.material.kc11 * edges * loads.power_area)) ** (1.0 / self.exponent))
+                most = np.minimum(
+                    most,
+                    edges * (limit * 1000.0 / (self.material.kc11 * edges * loads.power_area)) ** (1.0 / self.exponent),
+                )
             if self.bending:
-                most = np.minimum(most, edges * (self.bending * self.stiffness / (RADIAL * self.material.kc11 * loads.side)) ** (1.0 / self.exponent))
+                most = np.minimum(
+                    most,
+                    edges
+                    * (self.bending * self.stiffness / (RADIAL * self.material.kc11 * loads.side))
+                    ** (1.0 / self.exponent),
+                )
         return most
 
 
@@ -165,16 +206,38 @@ class Limits:
         try:
             self.material = material_of_file(program, settings["MATERIAL"], settings.path("MATERIALS"), material)
             if material and find_material(material, settings.path("MATERIALS")).name != self.material.name:
-                self.notes.append([0, f"the comment of the program names {self.material.name}, so the material {material} of its set-up does not count"])
+                self.notes.append(
+                    [
+                        0,
+                        f"the comment of the program names {self.material.name}, so the material {material} of its "
+                        f"set-up does not count",
+                    ]
+                )
         except CycleError as error:
             self.notes.append([0, unnamed(error)])
         if (settings["SPINDLE_POWER"] or settings["SPINDLE_TORQUE"]) and not self.material and not self.notes:
-            self.notes.append([0, "the power is not judged: no material is known; add (MATERIAL,NAME=6061), or set [CHIPWISE]MATERIAL"])
+            self.notes.append(
+                [
+                    0,
+                    "the power is not judged: no material is known; add (MATERIAL,NAME=6061), or set "
+                    "[CHIPWISE]MATERIAL",
+                ]
+            )
 
     def of_tool(self, diameter, geometry):
         """A ToothLoad, or None where nothing limits the tool."""
         chip = chip_limit(diameter, geometry, self.material, self.settings)
-        if not geometry or not geometry.flutes or not (chip or self.material and largest_force(diameter, geometry) or self.material and (self.settings["SPINDLE_POWER"] or self.settings["SPINDLE_TORQUE"])):
+        if (
+            not geometry
+            or not geometry.flutes
+            or not (
+                chip
+                or self.material
+                and largest_force(diameter, geometry)
+                or self.material
+                and (self.settings["SPINDLE_POWER"] or self.settings["SPINDLE_TORQUE"])
+            )
+        ):
             return None
         return ToothLoad(diameter, geometry, self.material, self.settings, chip)
 
@@ -185,7 +248,9 @@ class Limits:
             self._note(line, UNBENT.format(number=number, what=what) if what else UNFORCED.format(number=number))
         if not geometry or not geometry.chip_load or geometry.flutes and turns > 0:
             return
-        self._note(line, NOT_JUDGED.format(number=number, what="the spindle speed is" if geometry.flutes else "its flutes are"))
+        self._note(
+            line, NOT_JUDGED.format(number=number, what="the spindle speed is" if geometry.flutes else "its flutes are")
+        )
 
     def _note(self, line, text):
         if all(text != said for _line, said in self.notes):

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The part of a simulation that judges chip, power and side force of the edges.  Called by simulate.py, whose Simulation it is a part of."""
+"""The part of a simulation that judges chip, power and side force of the edges.  Called by simulate.py, whose
+Simulation it is a part of."""
 
 import numpy as np
 
@@ -8,9 +9,11 @@ from chipwise.check.times import OFF
 from chipwise.check.tooth_load import Limits
 from chipwise.errors import format_length
 
-TOOTH_SLACK = 1.1           # the arc of a cut is known to some per cent (tooth_load.py)
-LEAST_RUB_S = 0.5           # what a tool rubs as it enters and leaves is not spoken of
-RUBS = "tool {number} rubs for {seconds:.1f} s, its largest chip is below chip_least {least}; take wider cuts, or raise F"
+TOOTH_SLACK = 1.1  # the arc of a cut is known to some per cent (tooth_load.py)
+LEAST_RUB_S = 0.5  # what a tool rubs as it enters and leaves is not spoken of
+RUBS = (
+    "tool {number} rubs for {seconds:.1f} s, its largest chip is below chip_least {least}; take wider cuts, or raise F"
+)
 
 
 class ToothRules:
@@ -22,12 +25,23 @@ class ToothRules:
 
     def tooth_notes(self):
         """[[line, text]] of what is not judged, and of tools that rub."""
-        rubs = [[tool.rub_line, RUBS.format(number=tool.number, seconds=tool.rub_s, least=format_length(tool.geometry.chip_least, self.result.unit))]
-                for tool in self.result.tools.values() if tool.rub_s >= LEAST_RUB_S]
+        rubs = [
+            [
+                tool.rub_line,
+                RUBS.format(
+                    number=tool.number,
+                    seconds=tool.rub_s,
+                    least=format_length(tool.geometry.chip_least, self.result.unit),
+                ),
+            ]
+            for tool in self.result.tools.values()
+            if tool.rub_s >= LEAST_RUB_S
+        ]
         return self.limits.notes + rubs
 
     def _tooth_loads(self, part, depth):
-        """tooth_load.Loads of a PathPart, None where nothing limits; the timer gets what they allow.  depth (n,): mm, None: nothing is cut."""
+        """tooth_load.Loads of a PathPart, None where nothing limits; the timer gets what they allow.  depth (n,): mm,
+        None: nothing is cut."""
         self.timer.allowed = None
         if depth is None or self.tool is None:
             return None
@@ -45,7 +59,9 @@ class ToothRules:
         if loads is None or not loads.sound.any():
             return
         tool, tooth = self.tool, self.tooth[self.tool.number]
-        speed = np.where(loads.sound, np.minimum(block[:, 5] / 60.0, length / np.maximum(self.timer.seconds[0], 1e-12)), 0.0)
+        speed = np.where(
+            loads.sound, np.minimum(block[:, 5] / 60.0, length / np.maximum(self.timer.seconds[0], 1e-12)), 0.0
+        )
         chips, powers = tooth.chips(loads, speed, self.turns), tooth.powers(loads, speed, self.turns)
         tool.peak_chip = max(tool.peak_chip or 0.0, float(chips.max()))
         limit = tooth.power_limit(self.turns) or None
@@ -59,7 +75,11 @@ class ToothRules:
             return
         met = np.zeros(len(chips), [("at", "<f4")])
         met["at"] = 1.0
-        for rule, values, most in ((CHIP, chips, tooth.own_chip), (POWER, powers, limit), (BENDING, bendings, tooth.bending)):
+        for rule, values, most in (
+            (CHIP, chips, tooth.own_chip),
+            (POWER, powers, limit),
+            (BENDING, bendings, tooth.bending),
+        ):
             if most:
                 self._find(rule, values > TOOTH_SLACK * most, values, most, block[:, 2:5], block[:, 1].astype(int), met)
 

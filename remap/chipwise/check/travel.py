@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How far a program feeds, and how far it takes the axes, against their soft limits, with the work offset and the tool lengths that are in force.
+"""How far a program feeds, and how far it takes the axes, against their soft limits, with the work offset and the tool
+lengths that are in force.
 
-Called by simulate.py; the limits count if the machine of the user is named.  LinuxCNC refuses a move that ends beyond a limit (machine/limits.py).  mm, machine coordinates.
+Called by simulate.py; the limits count if the machine of the user is named.  LinuxCNC refuses a move that ends beyond a
+limit (machine/limits.py).  mm, machine coordinates.
 
-While all numbers of the work offset are 0 the operator still has to touch off: what goes too far is a note then, unless the program goes farther than the
-axis at any offset.
+While all numbers of the work offset are 0 the operator still has to touch off: what goes too far is a note then, unless
+the program goes farther than the axis at any offset.
 """
 
 import numpy as np
@@ -12,7 +14,7 @@ import numpy as np
 from chipwise.check.findings import LIMIT, Finding
 from chipwise.errors import format_length
 
-SLACK_MM = 1e-3             # of a limit
+SLACK_MM = 1e-3  # of a limit
 
 
 class Extents:
@@ -25,7 +27,7 @@ class Extents:
         """Moves from start (3,) along places (n, 3), mm; feeds (n,) bool: which count; frame: records.Frame."""
         if feeds.any():
             self._frame = self._frame or frame
-            ends = np.append(feeds, False) | np.append(False, feeds)          # of start and places: where a feed begins or ends
+            ends = np.append(feeds, False) | np.append(False, feeds)  # of start and places: where a feed begins or ends
             work = np.column_stack(self._frame.to_work(np.concatenate((start[None], places))[ends].T))
             self._low, self._high = np.minimum(self._low, work.min(axis=0)), np.maximum(self._high, work.max(axis=0))
 
@@ -39,8 +41,8 @@ class Travel:
 
     def __init__(self, limits):
         self._limits = [(low, high) for _name, low, high in limits]
-        self.length = np.zeros(3)                       # of the tool in force
-        self._ends = {}                                 # (axis, side): Finding
+        self.length = np.zeros(3)  # of the tool in force
+        self._ends = {}  # (axis, side): Finding
         self._untouched = True
 
     def take(self, block, frame, tool, segments):
@@ -52,8 +54,22 @@ class Travel:
                 place, had = float(places[index, axis]), self._ends.get((axis, side))
                 if had is None or (place > had.value if side else place < had.value):
                     line = int(block[index, 1])
-                    work, machine = (tuple(map(float, p)) for p in (frame.to_work(block[index, 2:5]), block[index, 2:5]))
-                    self._ends[axis, side] = Finding(LIMIT, line, line, tool, work, place, self._limits[axis][side], 1, segments + int(index), machine, "XYZ"[axis])
+                    work, machine = (
+                        tuple(map(float, p)) for p in (frame.to_work(block[index, 2:5]), block[index, 2:5])
+                    )
+                    self._ends[axis, side] = Finding(
+                        LIMIT,
+                        line,
+                        line,
+                        tool,
+                        work,
+                        place,
+                        self._limits[axis][side],
+                        1,
+                        segments + int(index),
+                        machine,
+                        "XYZ"[axis],
+                    )
 
     def finish(self, findings, notes, unit):
         """Add what goes too far to findings.Findings or to notes."""
@@ -67,7 +83,13 @@ class Travel:
             if not beyond:
                 continue
             if self._untouched and last - first <= high - low + SLACK_MM:
-                notes.append([beyond[0].line, f"{self._said(axis, first, last, unit)}, and no work offset is set: touch off before you run it"])
+                notes.append(
+                    [
+                        beyond[0].line,
+                        f"{self._said(axis, first, last, unit)}, and no work offset is set: touch off before you run "
+                        f"it",
+                    ]
+                )
             else:
                 for one in beyond:
                     findings.add(one)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A clamp: a box, turned about Z, or a cylinder along Z.  Machine coordinates, mm, degrees.  Called by set_ups.py, setup/job.py and check/clamps.py."""
+"""A clamp: a box, turned about Z, or a cylinder along Z.  Machine coordinates, mm, degrees.  Called by set_ups.py,
+setup/job.py and check/clamps.py."""
 
 import math
 from dataclasses import dataclass, replace
@@ -8,12 +9,13 @@ import numpy as np
 
 from chipwise.stock.shape_comment import CYLINDER
 
-SAME = 1e-6                 # mm, degrees
+SAME = 1e-6  # mm, degrees
 
 
 @dataclass(frozen=True)
 class Clamp:
-    """low, high (3,): corners; of a cylinder those of the box around it.  turn: of a box about its middle.  name: for the operator."""
+    """low, high (3,): corners; of a cylinder those of the box around it.  turn: of a box about its middle.  name: for
+    the operator."""
 
     shape: int
     turn: float
@@ -40,13 +42,18 @@ class Clamp:
         return wide / 2 if self.shape == CYLINDER else math.hypot(wide, deep) / 2
 
     def seen_from(self, origin, turn):
-        """The Clamp in coordinates whose origin (3,) and turn about Z (degrees) are those in the coordinates of this one."""
+        """The Clamp in coordinates whose origin (3,) and turn about Z (degrees) are those in the coordinates of this
+        one."""
         c, s = math.cos(math.radians(turn)), math.sin(math.radians(turn))
         x, y = self.middle[0] - origin[0], self.middle[1] - origin[1]
         x, y = x * c + y * s, y * c - x * s
         half = (self.high[0] - self.low[0]) / 2, (self.high[1] - self.low[1]) / 2
-        return replace(self, turn=self.turn - turn, low=(x - half[0], y - half[1], self.low[2] - origin[2]),
-                       high=(x + half[0], y + half[1], self.high[2] - origin[2]))
+        return replace(
+            self,
+            turn=self.turn - turn,
+            low=(x - half[0], y - half[1], self.low[2] - origin[2]),
+            high=(x + half[0], y + half[1], self.high[2] - origin[2]),
+        )
 
     @classmethod
     def of_row(cls, row):
@@ -67,19 +74,30 @@ class Clamp:
 
     def is_where(self, other):
         """Whether it is as large as another one, at the same place; but for the lower end."""
-        return self.shape == other.shape and math.isclose(self.turn, other.turn, abs_tol=SAME) and all(
-            math.isclose(a, b, abs_tol=SAME) for one, two in ((self.low[:2], other.low[:2]), (self.high, other.high)) for a, b in zip(one, two))
+        return (
+            self.shape == other.shape
+            and math.isclose(self.turn, other.turn, abs_tol=SAME)
+            and all(
+                math.isclose(a, b, abs_tol=SAME)
+                for one, two in ((self.low[:2], other.low[:2]), (self.high, other.high))
+                for a, b in zip(one, two)
+            )
+        )
 
     def on_machine(self, frame):
         """The Clamp in machine coordinates, of one in work coordinates; frame: program/records.py."""
         place = frame.to_machine([(a + b) / 2 for a, b in zip(self.low, self.high)])
         half = [(b - a) / 2 for a, b in zip(self.low, self.high)]
-        return replace(self, turn=self.turn + math.degrees(frame.turn), low=tuple(float(p - h) for p, h in zip(place, half)),
-                       high=tuple(float(p + h) for p, h in zip(place, half)))
+        return replace(
+            self,
+            turn=self.turn + math.degrees(frame.turn),
+            low=tuple(float(p - h) for p, h in zip(place, half)),
+            high=tuple(float(p + h) for p, h in zip(place, half)),
+        )
 
     def across(self, x, y):
-        """Distances (mm) of places x, y (arrays) from it, seen from above; negative inside, where it is that of a line of its outline.  A convex
-        function of the place."""
+        """Distances (mm) of places x, y (arrays) from it, seen from above; negative inside, where it is that of a line
+        of its outline.  A convex function of the place."""
         x, y = x - self.middle[0], y - self.middle[1]
         if self.shape == CYLINDER:
             return np.hypot(x, y) - self.reach

@@ -60,12 +60,20 @@ def _set_up(path, number, table):
         _fail(path, where, f"its name is not a line of at most {MAX_NAME} characters")
     if not isinstance(clamps, dict) or len(clamps) > MAX_CLAMPS:
         _fail(path, where, f"clamp is not a table of at most {MAX_CLAMPS} clamps")
-    return SetUp(name, {clamp: clamp_of(path, f"set-up {number}, clamp {clamp[:40]}", clamp, fields, f"clamp {clamp} of set-up {number}")
-                        for clamp, fields in clamps.items()})
+    return SetUp(
+        name,
+        {
+            clamp: clamp_of(
+                path, f"set-up {number}, clamp {clamp[:40]}", clamp, fields, f"clamp {clamp} of set-up {number}"
+            )
+            for clamp, fields in clamps.items()
+        },
+    )
 
 
 def clamp_of(path: str, where: str, name: str, fields: Any, said: str) -> Clamp:
-    """The Clamp of one table.  said: its name for the operator.  Raises CycleError that names the file, where and the rule."""
+    """The Clamp of one table.  said: its name for the operator.  Raises CycleError that names the file, where and the
+    rule."""
     if not CLAMP_NAME.fullmatch(name):
         _fail(path, where, "its name has other characters than letters, digits, - and _")
     shapes = [key for key in _NUMBERS if key in fields] if isinstance(fields, dict) else []
@@ -73,9 +81,13 @@ def clamp_of(path: str, where: str, name: str, fields: Any, said: str) -> Clamp:
         _fail(path, where, "it has not one of box and cylinder")
     shape, values = shapes[0], fields[shapes[0]]
     keys = _NUMBERS[shape]
-    if not (isinstance(values, list) and len(values) == len(keys) and all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in values)):
+    if not (
+        isinstance(values, list)
+        and len(values) == len(keys)
+        and all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in values)
+    ):
         _fail(path, where, f"{shape} is not {len(keys)} numbers: {', '.join(keys)}")
-    if not all(abs(v) <= MAX_COORDINATE for v in values):               # NaN is not, either
+    if not all(abs(v) <= MAX_COORDINATE for v in values):  # NaN is not, either
         _fail(path, where, f"a number of {shape} is not a position")
     low, high = corners(shape, values)
     for axis, a, b in zip("XYZ", low, high):
@@ -96,27 +108,36 @@ def corners(shape, values):
 def numbers_of(clamp: Clamp) -> tuple:
     """("box" or "cylinder", its numbers) of a Clamp that is not turned: corners() the other way round."""
     low, high = clamp.low, clamp.high
-    return ("cylinder", [*clamp.middle, low[2], high[2], high[0] - low[0]]) if clamp.shape == CYLINDER else ("box", [*low, *high])
+    return (
+        ("cylinder", [*clamp.middle, low[2], high[2], high[0] - low[0]])
+        if clamp.shape == CYLINDER
+        else ("box", [*low, *high])
+    )
 
 
 def clamps_of(path: str, number: int) -> tuple:
     """The Clamps of a set-up.  Raises CycleError for one that the file does not have."""
     found = load(path)
     if number not in found:
-        raise CycleError(f"there is no set-up P{number} of clamps; there are {', '.join(map(str, sorted(found))) or 'none'}",
-                         "add it with `chipwise clamps add`, or use P0 for none")
+        raise CycleError(
+            f"there is no set-up P{number} of clamps; there are {', '.join(map(str, sorted(found))) or 'none'}",
+            "add it with `chipwise clamps add`, or use P0 for none",
+        )
     return tuple(found[number].clamps.values())
 
 
 def add(path: str, number: int, clamp: str, shape: str, values: list, name: Any = None) -> None:
-    """Put a clamp into a set-up, which is made if it is not there; name: of the set-up, None: as it is.  Raises CycleError; the file is then as before."""
+    """Put a clamp into a set-up, which is made if it is not there; name: of the set-up, None: as it is.  Raises
+    CycleError; the file is then as before."""
     with _changing(path) as document:
         table = document.setdefault("set_up", {}).setdefault(str(number), {})
         if name is not None:
             table["name"] = name
         clamps = table.setdefault("clamp", {})
         if clamp in clamps:
-            raise CycleError(braceless(f"set-up {number} has a clamp {clamp} already"), "remove it before, or give another name")
+            raise CycleError(
+                braceless(f"set-up {number} has a clamp {clamp} already"), "remove it before, or give another name"
+            )
         clamps[clamp] = {shape: [float(value) for value in values]}
         _set_up(path, str(number), table.unwrap() if hasattr(table, "unwrap") else table)
 
@@ -131,7 +152,7 @@ def remove(path: str, number: int, clamp: Any = None) -> None:
 
 
 def _changing(path):
-    load(path)                  # a file that is wrong stays as it is
+    load(path)  # a file that is wrong stays as it is
     return toml_file.changing(path, _HEAD, "CLAMPS", "set-ups of clamps")
 
 

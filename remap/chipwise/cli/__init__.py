@@ -23,53 +23,99 @@ from chipwise import ROOT, version
 from chipwise.errors import NAME, of_unexpected, printable
 from chipwise.options.machine import CommandError, refuser
 
-COMMANDS = {name: name for name in ('blank', 'check', 'clamps', 'contour', 'demo', 'digitise', 'display', 'enter', 'filter', 'link', 'load', 'monitor',
-                                   'panel', 'patterns', 'resume', 'rewrite', 'setup', 'stations', 'surface', 'turn')} | {'new-config': 'new_config', 'load-factors': 'load_factors', 'try': 'try_program', 'import': 'import_drawing', 'turn-over': 'turn_over'}
+COMMANDS = {
+    name: name
+    for name in (
+        "blank",
+        "check",
+        "clamps",
+        "contour",
+        "demo",
+        "digitise",
+        "display",
+        "enter",
+        "filter",
+        "link",
+        "load",
+        "monitor",
+        "panel",
+        "patterns",
+        "resume",
+        "rewrite",
+        "setup",
+        "stations",
+        "surface",
+        "turn",
+    )
+} | {
+    "new-config": "new_config",
+    "load-factors": "load_factors",
+    "try": "try_program",
+    "import": "import_drawing",
+    "turn-over": "turn_over",
+}
 FULL = errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO
-INTERNAL = ('display', 'link', 'load', 'monitor')      # LinuxCNC calls them
-STARTERS = ('link', 'load', 'monitor')                  # and does not start if one fails
+INTERNAL = ("display", "link", "load", "monitor")  # LinuxCNC calls them
+STARTERS = ("link", "load", "monitor")  # and does not start if one fails
 
 
 def build_parser(names=tuple(COMMANDS)):
     """-> (parser, {name: module}) of the commands named, of all by default."""
-    parser = argparse.ArgumentParser(
-        prog='chipwise', description='Stock-aware feed and cycles for LinuxCNC.')
-    parser.add_argument('--version', action='version', version='chipwise ' + version())
-    subparsers = parser.add_subparsers(dest='command', metavar='COMMAND')
+    parser = argparse.ArgumentParser(prog="chipwise", description="Stock-aware feed and cycles for LinuxCNC.")
+    parser.add_argument("--version", action="version", version="chipwise " + version())
+    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND")
     modules = {}
     for name in names:
-        module = importlib.import_module('chipwise.cli.' + COMMANDS[name])
+        module = importlib.import_module("chipwise.cli." + COMMANDS[name])
         modules[module.NAME] = module
-        module.add_arguments(subparsers.add_parser(
-            module.NAME, help=module.HELP, description=module.__doc__,
-            formatter_class=argparse.RawDescriptionHelpFormatter))
+        module.add_arguments(
+            subparsers.add_parser(
+                module.NAME,
+                help=module.HELP,
+                description=module.__doc__,
+                formatter_class=argparse.RawDescriptionHelpFormatter,
+            )
+        )
     return parser, modules
 
 
 def welcome(modules):
     """Printed if no command is given."""
-    usual = [f'  chipwise {name:<10} {module.HELP}' for name, module in modules.items() if name not in INTERNAL]
-    return '\n'.join([
-        f'chipwise {version()}: stock-aware feed and cycles for LinuxCNC', '', *usual, '',
-        'chipwise COMMAND --help says more about one of them; man chipwise about all.',
-        *machine_lines()])
+    usual = [f"  chipwise {name:<10} {module.HELP}" for name, module in modules.items() if name not in INTERNAL]
+    return "\n".join(
+        [
+            f"chipwise {version()}: stock-aware feed and cycles for LinuxCNC",
+            "",
+            *usual,
+            "",
+            "chipwise COMMAND --help says more about one of them; man chipwise about all.",
+            *machine_lines(),
+        ]
+    )
 
 
 def machine_lines():
-    """How to start a simulated machine: LinuxCNC writes beside the INI file, which nobody but root may do where chipwise is installed."""
-    folder, first = os.path.join(ROOT, 'configs'), []
-    if not os.path.isfile(os.path.join(ROOT, 'Makefile')):          # not the repository
-        folder, first = '~/linuxcnc/configs/chipwise', ['Simulated machines, in a folder of your own:', '  chipwise new-config']
-    return [*first,
-            'The codes work inside LinuxCNC: G12, G13, G24, G75, G77 to G79 and M250 to M256 on the simulated mill,',
-            f'  linuxcnc {os.path.join(folder, "mill.ini")}',
-            'G22, G23, G26 and G27 on the simulated lathe,',
-            f'  linuxcnc {os.path.join(folder, "lathe.ini")}']
+    """How to start a simulated machine: LinuxCNC writes beside the INI file, which nobody but root may do where
+    chipwise is installed."""
+    folder, first = os.path.join(ROOT, "configs"), []
+    if not os.path.isfile(os.path.join(ROOT, "Makefile")):  # not the repository
+        folder, first = (
+            "~/linuxcnc/configs/chipwise",
+            ["Simulated machines, in a folder of your own:", "  chipwise new-config"],
+        )
+    return [
+        *first,
+        "The codes work inside LinuxCNC: G12, G13, G24, G75, G77 to G79 and M250 to M256 on the simulated mill,",
+        f"  linuxcnc {os.path.join(folder, 'mill.ini')}",
+        "G22, G23, G26 and G27 on the simulated lathe,",
+        f"  linuxcnc {os.path.join(folder, 'lathe.ini')}",
+    ]
 
 
 def open_handles():
-    """Closed standard handles lead to nowhere from here on: else the next file that is opened would get their number."""
-    for name, mode in (('stdin', 'r'), ('stdout', 'w'), ('stderr', 'w')):
+    """Closed standard handles lead to nowhere from here on: else the next file that is opened would get their
+    number."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode))
 
@@ -82,7 +128,7 @@ def drop_output():
 def of_system(error):
     """What is said of an OSError, without "chipwise: "."""
     if error.filename is None and error.errno in FULL:
-        return f'the output cannot be written: {error.strerror}; it is not complete'
+        return f"the output cannot be written: {error.strerror}; it is not complete"
     return str(error)
 
 
@@ -91,6 +137,7 @@ def fail(argv, text):
     print(text, file=sys.stderr, flush=True)
     if argv[:1] and argv[0] in STARTERS:
         from chipwise.cli.start_window import open_window
+
         open_window(text)
 
 
@@ -103,12 +150,12 @@ def run(argv):
             refuse = refuser(options.command)
             refuse(f"{' '.join(unknown)} is not understood")
         elif unknown:
-            parser.parse_args(argv)                 # says so
+            parser.parse_args(argv)  # says so
         if options.command is None:
             print(welcome(modules))
             return 2
         return modules[options.command].run(options) or 0
-    except SystemExit as ended:                     # of argparse after --help, of a signal
+    except SystemExit as ended:  # of argparse after --help, of a signal
         return ended.code or 0
 
 
@@ -116,13 +163,13 @@ def main(argv):
     """-> exit status.  Any error is one line; CHIPWISE_TRACEBACK=1 adds the traceback."""
     open_handles()
     for stream in (sys.stdout, sys.stderr):
-        stream.reconfigure(errors='replace')        # paths need not be UTF-8
+        stream.reconfigure(errors="replace")  # paths need not be UTF-8
     try:
         status = run(argv)
-        sys.stdout.flush()                          # what could not be written is not done
+        sys.stdout.flush()  # what could not be written is not done
         return status
     except CommandError as error:
-        fail(argv, 'chipwise: %s' % error)
+        fail(argv, "chipwise: %s" % error)
         return error.status
     except BrokenPipeError:
         drop_output()
@@ -132,7 +179,7 @@ def main(argv):
     except KeyboardInterrupt:
         return 130
     except Exception as error:
-        if os.environ.get('CHIPWISE_TRACEBACK'):
+        if os.environ.get("CHIPWISE_TRACEBACK"):
             raise
         fail(argv, printable(NAME + of_unexpected(error)))
     return 1

@@ -16,19 +16,21 @@ import sys
 
 sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
 
-from chipwise import version                       # noqa: E402
-from chipwise.host.processes import die_with_parent     # noqa: E402
+from chipwise import version  # noqa: E402
+from chipwise.host.processes import die_with_parent  # noqa: E402
 
 
 def check(program, arguments):
     """As answer.check."""
     from chipwise.check.run import checked
+
     return checked(program, None, arguments)
 
 
 def rewrite(program, arguments):
     """As rewrite.one.one."""
     from chipwise.rewrite.batch_job import one
+
     return one(program, lambda share: None, arguments)
 
 
@@ -37,9 +39,9 @@ TASKS = {"check": check, "rewrite": rewrite}
 
 def main():
     die_with_parent(os.getppid())
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))         # with the reader's files removed
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # with the reader's files removed
     with os.fdopen(os.dup(1), "wb") as out:
-        os.dup2(2, 1)                                               # whoever prints does not spoil the result
+        os.dup2(2, 1)  # whoever prints does not spoil the result
         other, task, program, arguments = pickle.loads(sys.stdin.buffer.read())
         result = TASKS[task](program, arguments) if other == version() else None
         pickle.dump((version(), result), out, pickle.HIGHEST_PROTOCOL)

@@ -13,8 +13,8 @@ from chipwise.errors import CycleError, unnamed
 from chipwise.host.halcmd import pins
 from chipwise.panel.display import COMPONENT, POLL_S, Display, make_component
 
-NAME = 'display'
-HELP = 'pins for a panel and a line at the end of each program (called by chipwise_display.hal)'
+NAME = "display"
+HELP = "pins for a panel and a line at the end of each program (called by chipwise_display.hal)"
 
 
 def add_arguments(parser):
@@ -29,13 +29,16 @@ def run(options):
     """Runs until LinuxCNC ends it."""
     del options
     from chipwise.options.machine import CommandError
+
     signal.signal(signal.SIGTERM, leave)
     try:
-        if not pins('stock-tracker.0.'):
-            raise CommandError('there is no stock tracker in HAL; run chipwise_display.hal after chipwise.hal, as the screen\'s '
-                               'POSTGUI_HALFILE')
-        if pins(COMPONENT + '.'):
-            raise CommandError(f'{COMPONENT} is already running; use that one')
+        if not pins("stock-tracker.0."):
+            raise CommandError(
+                "there is no stock tracker in HAL; run chipwise_display.hal after chipwise.hal, as the screen's "
+                "POSTGUI_HALFILE"
+            )
+        if pins(COMPONENT + "."):
+            raise CommandError(f"{COMPONENT} is already running; use that one")
     except CycleError as error:
         raise CommandError(unnamed(error)) from error
     component = make_component()

@@ -12,21 +12,26 @@ from chipwise.errors import CycleError, unnamed
 from chipwise.headless import runner
 from chipwise.program import rs274
 
-NAME = 'try'
-HELP = 'print the motion of a program without a machine'
+NAME = "try"
+HELP = "print the motion of a program without a machine"
 
 
 def add_arguments(parser):
-    parser.add_argument('program', help='G-code program')
-    parser.add_argument('--ini', metavar='INI', default=os.path.join(runner.ROOT, 'configs', 'mill.ini'),
-                        help='the machine (default: the simulated mill, configs/mill.ini)')
+    parser.add_argument("program", help="G-code program")
+    parser.add_argument(
+        "--ini",
+        metavar="INI",
+        default=os.path.join(runner.ROOT, "configs", "mill.ini"),
+        help="the machine (default: the simulated mill, configs/mill.ini)",
+    )
 
 
 def run(options):
     from chipwise.options.machine import UsageError
-    for path, what in ((options.program, 'program'), (options.ini, 'INI file')):
+
+    for path, what in ((options.program, "program"), (options.ini, "INI file")):
         if not os.path.isfile(path):
-            raise UsageError('%s %s does not exist' % (what, path))
+            raise UsageError("%s %s does not exist" % (what, path))
     try:
         return 1 if rs274.run(options.program, options.ini, to=sys.stdout).returncode else 0
     except (CycleError, rs274.Rs274Error) as error:

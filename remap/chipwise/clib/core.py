@@ -7,6 +7,7 @@ layout.py, made from the C headers, has the structures and constants.
 
 All lengths mm, machine coordinates; areas mm2, volumes mm3, velocities mm/s.
 """
+
 from __future__ import annotations
 
 import ctypes as C
@@ -34,17 +35,19 @@ class CoreError(Exception):
     """The core refused a value; the text says what, value, unit, rule."""
 
 
-UNCUT = math.inf            # mm in front of the tool: nothing has been cut near (Stock.section)
+UNCUT = math.inf  # mm in front of the tool: nothing has been cut near (Stock.section)
 
 _TOOL_ERRORS = {
     layout.ToolError.DIAMETER: f"diameter must be {layout.MIN_TOOL_DIAMETER:g}..{layout.MAX_TOOL_DIAMETER:g} mm",
     layout.ToolError.CORNER: "corner radius must lie in 0..radius",
     layout.ToolError.ANGLE: f"tip angle must be 0 or {layout.MIN_TIP_ANGLE:g}..180 degrees (180 excluded)",
-    layout.ToolError.FLUTE: f"flute length must be 0..{layout.MAX_FLUTE_LENGTH:g} mm"}
+    layout.ToolError.FLUTE: f"flute length must be 0..{layout.MAX_FLUTE_LENGTH:g} mm",
+}
 _STOCK_ERRORS = {
     layout.StockError.NOT_FINITE: "a corner of the box is not a finite number",
     layout.StockError.EMPTY: "the box's max must be greater than its min in X, Y and Z",
-    layout.StockError.TOO_LARGE: "the box needs more cells than the map has"}
+    layout.StockError.TOO_LARGE: "the box needs more cells than the map has",
+}
 
 
 def _vec(values):
@@ -57,15 +60,19 @@ class Tool:
 
     def __init__(self, diameter, corner_radius=0.0, tip_angle=0.0, flute_length=0.0):
         self.c, self.tooth = layout.Tool(), layout.Tooth()
-        error = library().chip_tool_init(C.byref(self.c), diameter, corner_radius, tip_angle,
-                                       flute_length)
+        error = library().chip_tool_init(C.byref(self.c), diameter, corner_radius, tip_angle, flute_length)
         if error:
-            raise CoreError(f"tool: {_TOOL_ERRORS[error]} (diameter {diameter} mm, corner "
-                            f"{corner_radius} mm, tip {tip_angle} deg, flute {flute_length} mm)")
+            raise CoreError(
+                f"tool: {_TOOL_ERRORS[error]} (diameter {diameter} mm, corner "
+                f"{corner_radius} mm, tip {tip_angle} deg, flute {flute_length} mm)"
+            )
 
     def limit(self, chip_weight=1.0, power_weight=1.0, exponent=0.25, force_weight=0.0, edges=3):
-        """Limits of its edges (core/tooth.h), so that Stock.tooth() and Stock.side_force() have something to say: 1/mm, Kienzle's exponent."""
-        library().chip_tooth_set(C.byref(self.tooth), C.byref(layout.ToothWeights(chip_weight, power_weight, force_weight, exponent, edges)))
+        """Limits of its edges (core/tooth.h), so that Stock.tooth() and Stock.side_force() have something to say: 1/mm,
+        Kienzle's exponent."""
+        library().chip_tooth_set(
+            C.byref(self.tooth), C.byref(layout.ToothWeights(chip_weight, power_weight, force_weight, exponent, edges))
+        )
         self.c.tooth = C.addressof(self.tooth)
         return self
 
@@ -84,8 +91,8 @@ class Tool:
 
 class Stock:
     """A stock box `low`..`high` (3 floats each, mm, machine coordinates) with square cells; shape 1: the
-    cylinder along Z inscribed in it.  turn (rad): the box is turned about its middle by that.  With room for more cells (`capacity`)
-    than it needs, they get smaller, down to `finest` mm."""
+    cylinder along Z inscribed in it.  turn (rad): the box is turned about its middle by that.  With room for more cells
+    (`capacity`) than it needs, they get smaller, down to `finest` mm."""
 
     def __init__(self, low, high, cell=0.25, capacity=None, shape=0, turn=0.0, finest=None):
         lib = library()
@@ -146,7 +153,8 @@ class Stock:
         return met.chip, met.power_area
 
     def side_force(self, tool, tip, direction, in_front=0.0, curvature=0.0):
-        """Side force of a tool with limits, mm (core/tooth.h, 9): the largest vector sum of its edges over a turn, and the mean."""
+        """Side force of a tool with limits, mm (core/tooth.h, 9): the largest vector sum of its edges over a turn, and
+        the mean."""
         met = self._section(tool, tip, direction, in_front, curvature)
         return met.side_force, met.mean_force
 
@@ -172,8 +180,9 @@ class Cutter:
 
     def run(self, bound=(1 << 30)):
         """Continues with waiting segments until the work reaches `bound`; returns mm3."""
-        return library().chip_sweep_run(C.byref(self._sweep), self.stock.address,
-                                      C.byref(self.tool.c), bound, C.byref(self._work))
+        return library().chip_sweep_run(
+            C.byref(self._sweep), self.stock.address, C.byref(self.tool.c), bound, C.byref(self._work)
+        )
 
     @property
     def waiting(self):
@@ -190,8 +199,7 @@ def arc(centre, start, angle, rise=0.0):
     """Arc or helix about centre (x, y) from start, angle rad (counter-clockwise positive), rising
     by `rise` mm; None where it has no length."""
     segment = Segment()
-    done = library().chip_segment_arc(C.byref(segment), (C.c_double * 2)(*map(float, centre)), _vec(start),
-                                  angle, rise)
+    done = library().chip_segment_arc(C.byref(segment), (C.c_double * 2)(*map(float, centre)), _vec(start), angle, rise)
     return segment if done else None
 
 
@@ -248,15 +256,25 @@ class Lookahead:
 
     def step(self, start, end, period, horizon, budget=1000):
         """The tool went from start to end (mm) in `period` s."""
-        library().chip_lookahead_step(C.byref(self.c), C.byref(self.path.c), self.stock.address, C.byref(self.tool.c),
-                                      _vec(start), _vec(end), period, horizon, budget)
+        library().chip_lookahead_step(
+            C.byref(self.c),
+            C.byref(self.path.c),
+            self.stock.address,
+            C.byref(self.tool.c),
+            _vec(start),
+            _vec(end),
+            period,
+            horizon,
+            budget,
+        )
         library().chip_path_mark_read(C.byref(self.path.c))
 
     def profile(self, horizon):
         """struct chip_load_profile: area, depth, steps, step[i].distance/.area."""
         profile = layout.LoadProfile()
-        library().chip_lookahead_profile(C.byref(self.c), C.byref(self.path.c), self.stock.address, C.byref(self.tool.c),
-                                         horizon, C.byref(profile))
+        library().chip_lookahead_profile(
+            C.byref(self.c), C.byref(self.path.c), self.stock.address, C.byref(self.tool.c), horizon, C.byref(profile)
+        )
         return profile
 
 

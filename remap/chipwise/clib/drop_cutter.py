@@ -14,8 +14,8 @@ from chipwise.clib.library import library
 
 NOTHING = layout.DROP_NOTHING
 MAX_BINS = 4_000_000
-ENTRIES = 8                 # of the bins' lists, per triangle, before the bins become larger
-RADIUS_SHARE = 6            # bins are not smaller than the tool's radius divided by this
+ENTRIES = 8  # of the bins' lists, per triangle, before the bins become larger
+RADIUS_SHARE = 6  # bins are not smaller than the tool's radius divided by this
 
 
 class Mesh:
@@ -24,9 +24,15 @@ class Mesh:
     def __init__(self, model, radius):
         self.low, self._keep = model.low, [model.triangles, model.top]
         size = np.maximum(model.high[:2] - model.low[:2], 1e-3)
-        bin_mm = max(math.sqrt(2.0 * size[0] * size[1] / len(model.triangles)), radius / RADIUS_SHARE,
-                     math.sqrt(size[0] * size[1] / MAX_BINS), float(size.max()) / MAX_BINS)
-        self._c = layout.DropMesh(n=len(model.triangles), triangle=model.triangles.ctypes.data, top=model.top.ctypes.data)
+        bin_mm = max(
+            math.sqrt(2.0 * size[0] * size[1] / len(model.triangles)),
+            radius / RADIUS_SHARE,
+            math.sqrt(size[0] * size[1] / MAX_BINS),
+            float(size.max()) / MAX_BINS,
+        )
+        self._c = layout.DropMesh(
+            n=len(model.triangles), triangle=model.triangles.ctypes.data, top=model.top.ctypes.data
+        )
         while True:
             self._c.bin = bin_mm
             self._c.nx, self._c.ny = (int(v // bin_mm) + 1 for v in size)
@@ -37,8 +43,12 @@ class Mesh:
         self._fill(self._c.nx * self._c.ny, entries)
 
     def _fill(self, bins, entries):
-        for name, array in (("first", np.zeros(bins + 1, np.int32)), ("member", np.zeros(entries, np.int32)),
-                            ("bin_top", np.zeros(bins, np.float32)), ("seen", np.zeros(self._c.n, np.uint32))):
+        for name, array in (
+            ("first", np.zeros(bins + 1, np.int32)),
+            ("member", np.zeros(entries, np.int32)),
+            ("bin_top", np.zeros(bins, np.float32)),
+            ("seen", np.zeros(self._c.n, np.uint32)),
+        ):
             setattr(self._c, name, array.ctypes.data)
             self._keep.append(array)
         library().chip_drop_fill(C.byref(self._c))
@@ -51,19 +61,30 @@ class Mesh:
         return z + self.low[2]
 
     def excess(self, tool, start, end, least):
-        """How far the lowest tip rises above each of n segments, start (n, 3) to end (n, 3) -> ((n,) mm, (n,) share of the
-        segment).  Only more than `least` is looked for; less reads as `least`."""
+        """How far the lowest tip rises above each of n segments, start (n, 3) to end (n, 3) -> ((n,) mm, (n,) share of
+        the segment).  Only more than `least` is looked for; less reads as `least`."""
         start, end = (np.ascontiguousarray(np.asarray(v, np.float64).reshape(-1, 3) - self.low) for v in (start, end))
         found, share = np.full(len(start), float(least)), np.empty(len(start))
-        library().chip_drop_excess(C.byref(self._c), C.byref(tool), len(start), start.ctypes.data, end.ctypes.data,
-                                   found.ctypes.data, share.ctypes.data)
+        library().chip_drop_excess(
+            C.byref(self._c),
+            C.byref(tool),
+            len(start),
+            start.ctypes.data,
+            end.ctypes.data,
+            found.ctypes.data,
+            share.ctypes.data,
+        )
         return found, share
 
 
 def drop_tool(shape, allowance=0.0):
-    """layout.DropTool of a check.sweep.Shape, grown all over by `allowance` (mm): an offset tool, whose tip is that much lower."""
-    return layout.DropTool(shape.diameter / 2.0 + allowance, min(shape.corner_radius, shape.diameter / 2.0) + allowance,
-                           math.radians(shape.tip_angle) / 2.0)
+    """layout.DropTool of a check.sweep.Shape, grown all over by `allowance` (mm): an offset tool, whose tip is that
+    much lower."""
+    return layout.DropTool(
+        shape.diameter / 2.0 + allowance,
+        min(shape.corner_radius, shape.diameter / 2.0) + allowance,
+        math.radians(shape.tip_angle) / 2.0,
+    )
 
 
 class Probe:
@@ -77,10 +98,12 @@ class Probe:
 
     def __init__(self, mesh, shape, allowance=0.0, floor=-1e6):
         self._mesh, self.floor = mesh, floor
-        self._parts = [(drop_tool(shape, allowance), allowance)]        # the tool, and how far its tip is above the part's
+        self._parts = [(drop_tool(shape, allowance), allowance)]  # the tool, and how far its tip is above the part's
         self.radius = shape.diameter / 2.0
         if shape.holder_diameter > shape.diameter and shape.stick_out > 0.0:
-            self._parts.append((layout.DropTool(shape.holder_diameter / 2.0 + allowance, allowance, 0.0), allowance - shape.stick_out))
+            self._parts.append(
+                (layout.DropTool(shape.holder_diameter / 2.0 + allowance, allowance, 0.0), allowance - shape.stick_out)
+            )
 
     @property
     def has_holder(self):

@@ -7,14 +7,15 @@ Called by cli/load.py (`work=` of stock_tracker), and by bench/bench_slow.py.
 from chipwise.clib.library import library
 from chipwise.host.clock import speed
 
-STEPS = (100, 70, 50, 35, 25)   # per cent
-SHARE = 0.3                     # of the servo period for the costliest one, out of a warm cache: the rest is for motion, for a cold cache
-                                # and for what else interrupts the thread
+STEPS = (100, 70, 50, 35, 25)  # per cent
+SHARE = 0.3  # of the servo period for the costliest one, out of a warm cache: the rest is for motion, for a cold cache
+# and for what else interrupts the thread
 REPEATS = 3
 
 
 def costliest_us(percent: int) -> float:
-    """us of processor time of the costliest period with so much of its work; 0 if it cannot be measured.  Takes 0.05 s on a PC."""
+    """us of processor time of the costliest period with so much of its work; 0 if it cannot be measured.  Takes 0.05 s
+    on a PC."""
     return max(0.0, library().chip_work_trial(percent, REPEATS)) / 1000.0 / speed()
 
 

@@ -16,14 +16,16 @@ class Job:
     ini             path of the INI file, "" for none: [RS274NGC]SUBROUTINE_PATH, [DISPLAY]PROGRAM_PREFIX
     unit            "mm" or "in": G21 or G20 where it is called
     incremental     G91; ijk_absolute: G90.1
-    position        (x, y, z) mm, work coordinates, of the tool; None: nobody knows it, and the shape must not depend on it
+    position        (x, y, z) mm, work coordinates, of the tool; None: nobody knows it, and the shape must not depend on
+                    it
     feed            program units/min
     machine_unit    mm of a machine unit
     tool            (number, diameter in machine units)
     numbered        ((number, value), ..) of numbered parameters
     named           ((name, value), ..) of global named parameters
     close_gap       mm: a G0 of up to this length between two elements joins them
-    lathe           the contour lies in ZX (G18); its first coordinate is Z, its second X; diameter: G7 where it is called
+    lathe           the contour lies in ZX (G18); its first coordinate is Z, its second X; diameter: G7 where it is
+                    called
     """
 
     program: Union[str, tuple]

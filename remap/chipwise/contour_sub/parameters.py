@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Parameters that a sub reads and the program may have set: turn, contour and patterns run the sub without its program.
 
-Called by cli/turn.py, cli/contour.py and pattern/library.py.  LinuxCNC reads a numbered parameter that nobody has set as 0, which would be another
-part without a word.
+Called by cli/turn.py, cli/contour.py and pattern/library.py.  LinuxCNC reads a numbered parameter that nobody has set
+as 0, which would be another part without a word.
 """
 
 import re
 
 from chipwise.program.find_sub import find_sub, o_word, plain_text
 
-ARGUMENTS = 30          # #1 .. #30 are a sub's own: contour_sub/check.py
-OWN = 5000              # LinuxCNC sets the parameters from this number on itself, such as the position
+ARGUMENTS = 30  # #1 .. #30 are a sub's own: contour_sub/check.py
+OWN = 5000  # LinuxCNC sets the parameters from this number on itself, such as the position
 
 
 def check(job, most=10_000):
@@ -21,15 +21,19 @@ def check(job, most=10_000):
         plain = plain_text(text)
         for name in re.findall(r"#(\d+|\[)", re.sub(r"#\d+=", "", plain)):
             if name == "[" or ARGUMENTS < int(name) <= most and int(name) not in known:
-                raise found.fault(number, f"#{name} has its value only when the program runs", f"give it with --set {name if name != '[' else '100'}=30, or write numbers")
+                raise found.fault(
+                    number,
+                    f"#{name} has its value only when the program runs",
+                    f"give it with --set {name if name != '[' else '100'}=30, or write numbers",
+                )
         known |= set(map(int, re.findall(r"#(\d+)=", plain)))
 
 
 def hint_set(error):
     """The remedy of a CycleError names --set if a global parameter is missing, which the program would have set."""
-    unset = re.search(r'Named parameter #<(_[^>]+)> not defined', error.problem)
+    unset = re.search(r"Named parameter #<(_[^>]+)> not defined", error.problem)
     if unset:
-        error.remedy = f'give it with --set {unset[1]}=value, or set it in the sub'
+        error.remedy = f"give it with --set {unset[1]}=value, or set it in the sub"
 
 
 def _lines(found):

@@ -22,13 +22,19 @@ from chipwise.contour_sub.run import called_files, relevant, run
 from chipwise.errors import CycleError
 from chipwise.geometry.base import loops as chain_loops
 from chipwise.geometry.base.contour import (
-    ArcElement, Contour, ContourError, LineElement, make_contour, refuse_nearly_closed)
+    ArcElement,
+    Contour,
+    ContourError,
+    LineElement,
+    make_contour,
+    refuse_nearly_closed,
+)
 from chipwise.geometry.base.tolerances import CONNECT_MM, NEARLY_CLOSED_MM
 from chipwise.geometry.pocket import nesting
 
-_PLACE = (7.25, 3.5)    # mm, another than zero: a shape that is the same from there does not depend on the place
+_PLACE = (7.25, 3.5)  # mm, another than zero: a shape that is the same from there does not depend on the place
 SAME_MM = 1e-6
-HEIGHT_MM = 1e-6        # a move that leaves its height by more is a Z move
+HEIGHT_MM = 1e-6  # a move that leaves its height by more is a Z move
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +52,8 @@ class UnknownStart(CycleError):
 
 
 def read_shape(job: Job) -> Shape:
-    """Shape of a contour sub.  Raises CycleError for whatever is not a contour, UnknownStart if it needs a position that the Job has not."""
+    """Shape of a contour sub.  Raises CycleError for whatever is not a contour, UnknownStart if it needs a position
+    that the Job has not."""
     found = find_sub(job)
     if job.position is None:
         return _from_anywhere(found, job)
@@ -60,7 +67,10 @@ def _from_anywhere(found, job):
     if first:
         raise _unknown(found, job, first)
     x, other = _PLACE
-    shape, moved = (_from(found, replace(job, position=at)) for at in ((0.0, 0.0, 0.0), (x, 0.0, other) if job.lathe else (x, other, 0.0)))
+    shape, moved = (
+        _from(found, replace(job, position=at))
+        for at in ((0.0, 0.0, 0.0), (x, 0.0, other) if job.lathe else (x, other, 0.0))
+    )
     if isinstance(shape, CycleError):
         raise shape
     if isinstance(moved, CycleError):
@@ -91,7 +101,11 @@ def _first_move(found):
 
 
 def _unknown(found, job, line):
-    error = found.fault(line, "the shape begins where the tool is, and that place is not known", f"begin the sub with G0 X.. {'Z' if job.lathe else 'Y'}..")
+    error = found.fault(
+        line,
+        "the shape begins where the tool is, and that place is not known",
+        f"begin the sub with G0 X.. {'Z' if job.lathe else 'Y'}..",
+    )
     return UnknownStart(error.problem, error.remedy)
 
 
@@ -110,8 +124,12 @@ def _shape(found, job, moves):
         if not all(math.isfinite(v) for v in numbers):
             raise found.fault(line, "a coordinate is not a finite number", "give every expression a value", before)
         if abs(there[2] - here[2]) > HEIGHT_MM:
-            raise found.fault(line, "a move in Z is not allowed in a contour sub",
-                         "a contour lies in XY; heights are the words Z and R of the cycle", before)
+            raise found.fault(
+                line,
+                "a move in Z is not allowed in a contour sub",
+                "a contour lies in XY; heights are the words Z and R of the cycle",
+                before,
+            )
         if kind != "rapid":
             loops[-1].append(_element(found, kind, line, here[:2], numbers, before))
         elif loops[-1] and math.dist(there[:2], loops[-1][-1].end) > job.close_gap:
@@ -134,7 +152,7 @@ def _element(found, kind, line, start, numbers, before):
     return ArcElement(start, end, centre, turns > 0, line)
 
 
-# ---- from loops to contours --------------------------------------------------------------------------------------------
+# ---- from loops to contours ------------------------------------------------------------------------------------------
 
 
 def shape_error(shape, error):
@@ -144,9 +162,14 @@ def shape_error(shape, error):
 
 
 def contours(shape: Shape) -> tuple[Contour, ...]:
-    """Contour of every loop, in order; one that was drawn twice is there once.  Raises CycleError for a loop that is not a contour."""
+    """Contour of every loop, in order; one that was drawn twice is there once.  Raises CycleError for a loop that is
+    not a contour."""
     try:
-        made = tuple(make_contour(list(loop), shape.close_gap) for drawn in shape.loops for loop in chain_loops.split(drawn, shape.close_gap)[0])
+        made = tuple(
+            make_contour(list(loop), shape.close_gap)
+            for drawn in shape.loops
+            for loop in chain_loops.split(drawn, shape.close_gap)[0]
+        )
         if len(made) > 1:
             made = nesting.without_doubled(made, shape.close_gap)
         for contour in made:
@@ -162,9 +185,15 @@ def _refuse_near_gaps(shape):
         gap = math.dist(loop[-1].end, other[0].start)
         if gap <= NEARLY_CLOSED_MM and math.dist(loop[-1].end, loop[0].start) > gap:
             x, y = other[0].start
-            raise CycleError(f"sub O{shape.sub} of {quoted(shape.file)}: the contour is not connected: line {loop[-1].line} "
-                             f"ends {{gap}} from where line {other[0].line} starts, more than the {{most}} that are closed",
-                             f"end line {loop[-1].line} at X{{x}} Y{{y}}", gap=gap, most=shape.close_gap, x=x, y=y)
+            raise CycleError(
+                f"sub O{shape.sub} of {quoted(shape.file)}: the contour is not connected: line {loop[-1].line} "
+                f"ends {{gap}} from where line {other[0].line} starts, more than the {{most}} that are closed",
+                f"end line {loop[-1].line} at X{{x}} Y{{y}}",
+                gap=gap,
+                most=shape.close_gap,
+                x=x,
+                y=y,
+            )
 
 
 def one_loop(shape: Shape) -> tuple:
@@ -173,7 +202,7 @@ def one_loop(shape: Shape) -> tuple:
     if len(drawn) == 1:
         try:
             drawn = chain_loops.split(drawn[0], shape.close_gap)[0]
-        except ContourError:                            # an open contour that touches itself: the kernel says where
+        except ContourError:  # an open contour that touches itself: the kernel says where
             return shape.loops[0]
     if len(drawn) > 1 and not _all_the_same(drawn, shape.close_gap):
         _refuse_several(shape, drawn)
@@ -194,8 +223,11 @@ def _refuse_several(shape, drawn):
     if len(shape.loops) > 1:
         _refuse_near_gaps(shape)
     found = ", ".join(f"line {loop[0].line}" for loop in drawn[:4])
-    raise CycleError(f"sub O{shape.sub} of {quoted(shape.file)} holds {len(drawn)} contours (from {found})"
-                     + (", separated by G0" if len(shape.loops) > 1 else ""), "use one sub for each")
+    raise CycleError(
+        f"sub O{shape.sub} of {quoted(shape.file)} holds {len(drawn)} contours (from {found})"
+        + (", separated by G0" if len(shape.loops) > 1 else ""),
+        "use one sub for each",
+    )
 
 
 def one_contour(shape: Shape) -> Contour:

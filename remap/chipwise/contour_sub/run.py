@@ -22,13 +22,16 @@ from chipwise.program.sub_process import call_of, decimal, run_sub
 
 RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "runner.py")
 
-CPU_S = 1.0             # computing time a sub may take, whatever else the machine does meanwhile, ..
-LINE_S = 5e-5           # .. and more for each line of it: LinuxCNC reads 80,000 a second here
-MAX_MOVES = 100_000     # moves of one sub; 20,000 elements are offset in half a second
+CPU_S = 1.0  # computing time a sub may take, whatever else the machine does meanwhile, ..
+LINE_S = 5e-5  # .. and more for each line of it: LinuxCNC reads 80,000 a second here
+MAX_MOVES = 100_000  # moves of one sub; 20,000 elements are offset in half a second
 
 _MARK = "chipwise: line "
 
-_START = {False: re.compile(r"(n\d+)?(g40)?g0+(?=[xy])(?=.*x)(?=.*y)"), True: re.compile(r"(n\d+)?(g40)?g0+(?=[xz])(?=.*x)(?=.*z)")}
+_START = {
+    False: re.compile(r"(n\d+)?(g40)?g0+(?=[xy])(?=.*x)(?=.*y)"),
+    True: re.compile(r"(n\d+)?(g40)?g0+(?=[xz])(?=.*x)(?=.*z)"),
+}
 
 
 def relevant(job, found):
@@ -70,7 +73,9 @@ def run(found: Found, job: Job) -> list:
     for line, text in [end for end in (result["stop"], result["error"]) if end]:
         missing = re.search(r"EOF in file.*seeking o-word: o?<?(\w+)", text)
         text = f"there is no sub O{missing.group(1)}" if missing else text.rstrip(".")
-        raise found.fault(line or found.first, text, PYTHON_REMEDY if text.endswith(RUNS_PYTHON) else "correct the line", last)
+        raise found.fault(
+            line or found.first, text, PYTHON_REMEDY if text.endswith(RUNS_PYTHON) else "correct the line", last
+        )
     return result["moves"]
 
 
@@ -88,11 +93,16 @@ def _program(found, job):
             inside = None
     feed = job.feed if job.feed > 0 else 1000.0
     modes = "G18 G8 " if job.lathe else "G17 "
-    return lines + call_of(found, job, [modes + "G40 G90 G91.1 G94", f"F{decimal(feed)}"], ["G7"] if job.diameter else [])
+    return lines + call_of(
+        found, job, [modes + "G40 G90 G91.1 G94", f"F{decimal(feed)}"], ["G7"] if job.diameter else []
+    )
 
 
-_FOREIGN = re.compile(r"^\s*(REMAP|TOPLEVEL|PATH_PREPEND|PATH_APPEND|RS274NGC_STARTUP_CODE|ON_ABORT_COMMAND|"
-                      r"PARAMETER_FILE|LOG_LEVEL|USER_M_PATH)\s*=", re.IGNORECASE)
+_FOREIGN = re.compile(
+    r"^\s*(REMAP|TOPLEVEL|PATH_PREPEND|PATH_APPEND|RS274NGC_STARTUP_CODE|ON_ABORT_COMMAND|"
+    r"PARAMETER_FILE|LOG_LEVEL|USER_M_PATH)\s*=",
+    re.IGNORECASE,
+)
 
 
 _PATHS = re.compile(r"^\s*(SUBROUTINE_PATH|PROGRAM_PREFIX|WIZARD_ROOT)\s*=", re.IGNORECASE)
@@ -106,7 +116,9 @@ def _ini_text(path):
     except OSError:
         return "[RS274NGC]\n"
     home = os.path.expanduser("~")
-    return "".join(re.sub(r"(?<=[=:\s])~(?=/|:|\s)", lambda m: home, line) if _PATHS.match(line) else line for line in lines)
+    return "".join(
+        re.sub(r"(?<=[=:\s])~(?=/|:|\s)", lambda m: home, line) if _PATHS.match(line) else line for line in lines
+    )
 
 
 def _cpu_limit(found):

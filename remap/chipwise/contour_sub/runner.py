@@ -6,11 +6,13 @@
 Started by run.py, one process per sub, so that whatever the sub does (an endless loop, a crash) happens to this process
 and never to the task or the preview.  It ends with its parent.
 
-Job:     program, parameters (paths), units_per_mm, tool (number, diameter in machine units), codes (run first), begin, end
+Job:     program, parameters (paths), units_per_mm, tool (number, diameter in machine units), codes (run first), begin,
+         end
          (comments that stand around the call), mark (a comment "mark N" stands before source line N), max_moves, cpu_s
          own_code (program/canon.py); lathe: the contour lies in ZX, and z, x, y are given for x, y, z
-Result:  moves: [kind, line, x, y, z (, cx, cy, turns)] in mm, kind "rapid", "feed", "arc"; stop: null or [line, text] of
-         what does not belong in a contour; error: null or [line, text] of the interpreter; ended: bool; line: where it was last
+Result:  moves: [kind, line, x, y, z (, cx, cy, turns)] in mm, kind "rapid", "feed", "arc"; stop: null or [line, text]
+         of what does not belong in a contour; error: null or [line, text] of the interpreter; ended: bool; line: where
+         it was last
 
 Line numbers are those of the marks: the interpreter's own are gone after an error, and a line of a file that the sub
 calls is reported as the line of the call.
@@ -23,13 +25,13 @@ import sys
 # modules are imported from the package, not from this file's folder
 sys.path[0] = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
-import gcode                                                    # noqa: E402
+import gcode  # noqa: E402
 
-from chipwise.program import canon as interpreter_process                        # noqa: E402
-from chipwise.program.canon import Stop, mm, tool_entry             # noqa: E402
-from chipwise.host.processes import die_with_parent                  # noqa: E402
+from chipwise.program import canon as interpreter_process  # noqa: E402
+from chipwise.program.canon import Stop, mm, tool_entry  # noqa: E402
+from chipwise.host.processes import die_with_parent  # noqa: E402
 
-MOTIONS = (0, 10, 20, 30)       # G0 G1 G2 G3 as the active motion mode, times ten
+MOTIONS = (0, 10, 20, 30)  # G0 G1 G2 G3 as the active motion mode, times ten
 
 
 class Canon(interpreter_process.Canon):
@@ -39,7 +41,7 @@ class Canon(interpreter_process.Canon):
         super().__init__(job)
         self.moves, self.stop = [], None
         self.inside = self.ended = False
-        self.modes: tuple = ()          # (G codes, M codes) at the begin
+        self.modes: tuple = ()  # (G codes, M codes) at the begin
         self.line = 0
 
     def _refuse(self, line, text):
@@ -89,7 +91,7 @@ class Canon(interpreter_process.Canon):
         elif text == self.job["end"]:
             self.inside, self.ended = False, True
         elif text.startswith(self.job["mark"]):
-            self.line = int(text[len(self.job["mark"]):])
+            self.line = int(text[len(self.job["mark"]) :])
 
     def set_feed_rate(self, rate):
         """F is ignored."""
@@ -105,7 +107,7 @@ def _mark_before(job, line):
     """The last mark up to a line of the program, for errors that come before anything is run."""
     with open(job["program"], encoding="utf-8", errors="replace") as program:
         marks = [text for text in program.read().splitlines()[:line] if text.startswith("(" + job["mark"])]
-    return int(marks[-1][len(job["mark"]) + 1:-1]) if marks else 0
+    return int(marks[-1][len(job["mark"]) + 1 : -1]) if marks else 0
 
 
 def main():
@@ -122,8 +124,9 @@ def main():
     except RuntimeError:
         if canon.stop is None:
             raise
-    json.dump({"moves": canon.moves, "stop": canon.stop, "error": error, "ended": canon.ended,
-               "line": canon.line}, output)
+    json.dump(
+        {"moves": canon.moves, "stop": canon.stop, "error": error, "ended": canon.ended, "line": canon.line}, output
+    )
     output.close()
 
 

@@ -4,8 +4,8 @@
 Each line is cut to full depth in its passes before the next one: JP H05-7134, fig. 5, has the lines first, then the
 outline.
 
-A line is entered one tool radius inside its end (or at its middle, if it is shorter), run to that end and back across: no
-plunge at the finished wall.
+A line is entered one tool radius inside its end (or at its middle, if it is shorter), run to that end and back across:
+no plunge at the finished wall.
 """
 
 import math
@@ -14,10 +14,13 @@ from chipwise.cycles.mover import Mover
 from chipwise.cycles.word_checks import EQUAL
 
 
-def depth_levels(clearance: float, bottom: float, depth_step: float | None, stock_top: float | None = None) -> list[float]:
+def depth_levels(
+    clearance: float, bottom: float, depth_step: float | None, stock_top: float | None = None
+) -> list[float]:
     """Z of each pass, mm: equal steps counted from the clearance plane (as G83 counts its pecks), each at most J.
 
-    stock_top: nothing is above it.  If that saves passes, the steps are counted from there; otherwise they stay as they are.
+    stock_top: nothing is above it.  If that saves passes, the steps are counted from there; otherwise they stay as they
+    are.
     """
     levels = _equal_steps(clearance, bottom, depth_step)
     if stock_top is None or stock_top >= clearance:

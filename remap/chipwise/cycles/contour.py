@@ -2,15 +2,15 @@
 """G77 / G78: a contour, roughed or finished from its finish shape alone.  ContourRequest -> moves; pure, mm.
 
 Called by glue/contour.py.  Sources: JP H07-47256 B2 (tool paths of any tool from the one finish shape) through
-geometry/offset/kernel.py; the approach from the approaching method of area machining (an angle to the work plane, a height, the
-projection normal to the outline).
+geometry/offset/kernel.py; the approach from the approaching method of area machining (an angle to the work plane, a
+height, the projection normal to the outline).
 
 Order of work, and why:
  1. The path of every radial pass is the offset of the finish shape itself by tool radius + allowance + a multiple of
     the step, never of the pass before: nothing adds up.
  2. One radial pass: each path to full depth before the next one, at one place, so without rapids between its depths.
-    Several: chamber by chamber (contour_order.py), in each level by level from the outside in, so that no pass meets more
-    than the step.
+    Several: chamber by chamber (contour_order.py), in each level by level from the outside in, so that no pass meets
+    more than the step.
  3. From one radial pass to the next at the same place the tool stays down: its lead-in has cleared the way.  A closed
     pass begins there; an open one of G77 to and fro begins at the end where the tool is.
  4. G78 of a closed contour from inside: the slug is chopped first (contour_chop.py).  Chopped or not, where one is left
@@ -31,7 +31,16 @@ from chipwise.cycles.lead_in import MAX_APPROACH, Before, ChopKerfs, LeadInClear
 from chipwise.cycles.mover import Mover
 from chipwise.cycles.plan import CyclePlan, Report
 from chipwise.cycles.word_checks import (
-    EQUAL, MOST_MOVES, check_chop_size, check_depth_step, check_feeds, check_heights, check_moves, check_step, gap_notes)
+    EQUAL,
+    MOST_MOVES,
+    check_chop_size,
+    check_depth_step,
+    check_feeds,
+    check_heights,
+    check_moves,
+    check_step,
+    gap_notes,
+)
 from chipwise.errors import CycleError
 from chipwise.geometry.base import elements
 from chipwise.geometry.base.contour import make_contour, refuse_nearly_closed
@@ -107,23 +116,34 @@ def check(r):
     if r.tool_radius <= 0:
         raise CycleError("tool diameter {d} is not above 0 mm", "load a tool with a diameter", d=2 * r.tool_radius)
     if r.allowance < 0 and r.tool_radius + r.allowance <= EQUAL:
-        raise CycleError("allowance I{i} takes away the whole tool radius {t}", "use I of 0 or more", i=r.allowance,
-                         t=r.tool_radius)
+        raise CycleError(
+            "allowance I{i} takes away the whole tool radius {t}", "use I of 0 or more", i=r.allowance, t=r.tool_radius
+        )
     if r.allowance < 0:
-        raise CycleError("allowance I{i} is negative: it would cut into the finish shape", "use I of 0 or more",
-                         i=r.allowance)
+        raise CycleError(
+            "allowance I{i} is negative: it would cut into the finish shape", "use I of 0 or more", i=r.allowance
+        )
     check_heights(r)
     check_feeds(r)
     _check_passes(r)
     if r.approach is not None and r.approach <= 0:
-        raise CycleError("approach height K{k} is not above 0", "use K above 0, or leave it out to plunge", k=r.approach)
+        raise CycleError(
+            "approach height K{k} is not above 0", "use K above 0, or leave it out to plunge", k=r.approach
+        )
     if not 0 < r.angle <= math.pi / 2 + 1e-12:
-        raise CycleError(f"approach angle {math.degrees(r.angle):g} is not above 0 and up to 90 degrees",
-                         "set #<_chipwise_approach_angle>")
+        raise CycleError(
+            f"approach angle {math.degrees(r.angle):g} is not above 0 and up to 90 degrees",
+            "set #<_chipwise_approach_angle>",
+        )
     if r.approach is not None and r.approach / math.tan(r.angle) > MAX_APPROACH:
-        raise CycleError(f"the approach of K{{k}} at {math.degrees(r.angle):g} degrees begins {{out}} beside the contour, "
-                         "more than {most}", "use a smaller K or a larger #<_chipwise_approach_angle>",
-                         k=r.approach, out=r.approach / math.tan(r.angle), most=MAX_APPROACH)
+        raise CycleError(
+            f"the approach of K{{k}} at {math.degrees(r.angle):g} degrees begins {{out}} beside the contour, "
+            "more than {most}",
+            "use a smaller K or a larger #<_chipwise_approach_angle>",
+            k=r.approach,
+            out=r.approach / math.tan(r.angle),
+            most=MAX_APPROACH,
+        )
     check_chop_size(r)
 
 
@@ -133,7 +153,7 @@ def _check_passes(r):
     if not 1 <= r.passes <= MAX_RINGS or r.passes != int(r.passes):
         raise CycleError(f"L{r.passes:g} radial passes are not from 1 to {MAX_RINGS}", f"use L1 to L{MAX_RINGS}")
     if r.step is not None:
-        step = r.step if r.passes > 1 else min(r.step, 2 * r.tool_radius)      # not used in a single pass
+        step = r.step if r.passes > 1 else min(r.step, 2 * r.tool_radius)  # not used in a single pass
         check_step("radial step", "D", step, 2 * r.tool_radius, " and would leave ridges")
     if r.passes > 1 and r.step is None:
         raise CycleError(f"L{r.passes:g} radial passes without a step D", "add D of at most {t}", t=2 * r.tool_radius)
@@ -153,11 +173,18 @@ def contour_plan(request: ContourRequest) -> ContourPlan:
     check_moves(count + 4 * len(levels) * len(chop.segments), request, "use a larger J or chop size")
     clearance = LeadInClearance(request, contour, SIDES[request.side])
     kerfs = ChopKerfs(chop.segments, request.tool_radius)
-    parts = [_led(request, clearance, part, kerfs)
-             for part in chambers([result.paths for result in results], request.step or 0.0, clearance.normals)]
+    parts = [
+        _led(request, clearance, part, kerfs)
+        for part in chambers([result.paths for result in results], request.step or 0.0, clearance.normals)
+    ]
     moves = _moves(request, clearance, chop, parts, levels)
-    notes = gap_notes((contour,)) + open_notes(request, contour) + reach_notes(request, results[-1]) \
-        + lead_in_notes(request, [path for part in parts for path in part]) + chop_notes(request, chop)
+    notes = (
+        gap_notes((contour,))
+        + open_notes(request, contour)
+        + reach_notes(request, results[-1])
+        + lead_in_notes(request, [path for part in parts for path in part])
+        + chop_notes(request, chop)
+    )
     return ContourPlan(moves, notes, partial(_report, chop) if request.finish else None, chop)
 
 
@@ -198,17 +225,22 @@ def _offsets(request, contour):
     """The paths of every radial pass."""
     results = [_offset(request, contour, distance) for distance in radial_distances(request)]
     if not results[-1].paths:
-        raise CycleError("the tool ({d}) fits nowhere on this side of the contour", "use a smaller tool"
-                         + (", or less allowance" if request.allowance else "") + ", or the other side",
-                         d=2 * request.tool_radius)
+        raise CycleError(
+            "the tool ({d}) fits nowhere on this side of the contour",
+            "use a smaller tool" + (", or less allowance" if request.allowance else "") + ", or the other side",
+            d=2 * request.tool_radius,
+        )
     return results
 
 
 def _offset(request, contour, distance):
     result = offset_contour(contour, SIDES[request.side], distance)
     if result.loose:
-        raise CycleError("the path of the tool ({d}) along this contour could not be closed", "change the allowance I "
-                         "or the tool a little, and report the contour", d=2 * request.tool_radius)
+        raise CycleError(
+            "the path of the tool ({d}) along this contour could not be closed",
+            "change the allowance I or the tool a little, and report the contour",
+            d=2 * request.tool_radius,
+        )
     return result
 
 
@@ -250,8 +282,12 @@ class _Driver:
     def _backwards(self, path, z):
         """Whether a path is run from its end to its start: open, to and fro, and only its end is beside the tool."""
         enter, leave = path.enter, path.leave
-        return self.request.to_and_fro and math.dist(enter.point, leave.point) > EQUAL \
-            and not self._straight(enter.at(enter.out), z + enter.height) and self._straight(leave.at(leave.out), z + leave.height)
+        return (
+            self.request.to_and_fro
+            and math.dist(enter.point, leave.point) > EQUAL
+            and not self._straight(enter.at(enter.out), z + enter.height)
+            and self._straight(leave.at(leave.out), z + leave.height)
+        )
 
     def _down(self, point, z):
         """To a point, then down: from the pass beside it straight across, else by rapids."""
@@ -270,8 +306,8 @@ class _Driver:
 
 
 def _beside(request, clearance, at, point):
-    """Whether a point belongs to the pass that a place belongs to, or to a radial pass beside it: cleared already.  A tool radius more: the lead-ins
-    are beside the passes, and need not be opposite to one another."""
+    """Whether a point belongs to the pass that a place belongs to, or to a radial pass beside it: cleared already.  A
+    tool radius more: the lead-ins are beside the passes, and need not be opposite to one another."""
     far = math.dist(point, at)
     most = (request.passes - 1) * (request.step or 0.0) + request.tool_radius if request.passes > 1 else 0.0
     return far <= EQUAL or far <= most + EQUAL and clearance.for_link(at, point)

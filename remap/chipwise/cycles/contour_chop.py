@@ -71,8 +71,8 @@ def chop_plan(paths, islands, tool_radius, chop_size):
 
 
 def cut_chops(mover: Mover, plan: ChopPlan, end, tool_radius: float, levels: list[float]) -> None:
-    """All lines of a plan, then up to the clearance plane; end: (x, y) where the tool goes afterwards; levels: Z of each
-    pass."""
+    """All lines of a plan, then up to the clearance plane; end: (x, y) where the tool goes afterwards; levels: Z of
+    each pass."""
     for line in slug.order_chops(plan.chops, mover.xy, end, *ends(tool_radius, len(levels))):
         cut_line(mover, line, tool_radius, levels)
     if plan.chopped:

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A route for the tool over or round clamps, from one place to another.  Called by obstacles.py.  Pure; mm, work coordinates.
+"""A route for the tool over or round clamps, from one place to another.  Called by obstacles.py.  Pure; mm, work
+coordinates.
 
-Source: none.  At one height of the tip a clamp is a box or circle, larger by the widest part of the tool that is level with it and by the clearance,
-and the higher the tip, the smaller it is.  So a place that is free stays free straight up.  A route goes straight up, across at one height, and straight
-down: at the highest height there is one if there is one at all, and the shortest of the heights at which a clamp ends is taken.  Across, the
-shortest route leads along corners of the clamps; A* looks at these, and at an edge only when it is reached.
+Source: none.  At one height of the tip a clamp is a box or circle, larger by the widest part of the tool that is level
+with it and by the clearance, and the higher the tip, the smaller it is.  So a place that is free stays free straight
+up.  A route goes straight up, across at one height, and straight down: at the highest height there is one if there is
+one at all, and the shortest of the heights at which a clamp ends is taken.  Across, the shortest route leads along
+corners of the clamps; A* looks at these, and at an edge only when it is reached.
 """
 
 import heapq
@@ -18,10 +20,12 @@ from chipwise.clamps.distance import bodies
 from chipwise.pattern.isometry import Isometry
 from chipwise.stock.shape_comment import CYLINDER
 
-MARGIN_MM = 0.02            # that corners of the route keep besides the clearance, and heights over a clamp: blends of BLEND_MM cut them
+MARGIN_MM = (
+    0.02  # that corners of the route keep besides the clearance, and heights over a clamp: blends of BLEND_MM cut them
+)
 BLEND_MM = 0.01
-SLACK_MM = 5e-7             # of the clearance
-CORNER_SIDES = 4            # of the polygon for a quarter of a turn
+SLACK_MM = 5e-7  # of the clearance
+CORNER_SIDES = 4  # of the polygon for a quarter of a turn
 EQUAL_MM = 1e-9
 
 
@@ -57,8 +61,11 @@ class Detour:
         """The Level at a height of the tip."""
         grown = []
         for clamp in self.clamps:
-            by = [min(self.clearance * (1 + b) + a + b * (clamp.top - z) for a, b in body.lines) for body in bodies(self.tool)
-                  if body.begins + z - clamp.top < self.clearance - SLACK_MM]
+            by = [
+                min(self.clearance * (1 + b) + a + b * (clamp.top - z) for a, b in body.lines)
+                for body in bodies(self.tool)
+                if body.begins + z - clamp.top < self.clearance - SLACK_MM
+            ]
             if by:
                 grown.append((clamp, max(by)))
         return Level(tuple(grown))
@@ -69,8 +76,9 @@ class Detour:
         return not self.level(place[2]).blocked(at, at)[0]
 
     def route(self, start, end, base, along=None):
-        """[(x, y, z)] of the shortest route from start to end, across at `base` or above, without start; None if there is none.  along: places (x, y)
-        of a route across, between start and end, that is taken if it is free at any height."""
+        """[(x, y, z)] of the shortest route from start to end, across at `base` or above, without start; None if
+        there is none.  along: places (x, y) of a route across, between start and end, that is taken if it is free at
+        any height."""
         across, best, length = np.array([start[:2], *(along or ()), end[:2]], float), None, math.inf
         heights = self._heights(base)
         for z in heights if along is not None else ():
@@ -89,7 +97,9 @@ class Detour:
     def _heights(self, base):
         """Rising: the base, where a part of the tool is over a clamp, and the highest."""
         highest = self.limits["limits"][2][2] - self.limits["shift"][2] if self.limits else math.inf
-        over = [clamp.top + self.clearance - body.begins + MARGIN_MM for clamp in self.clamps for body in bodies(self.tool)]
+        over = [
+            clamp.top + self.clearance - body.begins + MARGIN_MM for clamp in self.clamps for body in bodies(self.tool)
+        ]
         ends = [highest] if math.isfinite(highest) else []
         return [base, *sorted({z for z in over + ends if base < z <= highest})]
 
@@ -104,7 +114,9 @@ class Detour:
     def _reached(self, places, z):
         if not self.limits:
             return np.ones(len(places), bool)
-        machine = Isometry(self.limits["matrix"], self.limits["shift"]).points(np.column_stack((places, np.full(len(places), z))))
+        machine = Isometry(self.limits["matrix"], self.limits["shift"]).points(
+            np.column_stack((places, np.full(len(places), z)))
+        )
         low, high = (np.array([limit[side] for limit in self.limits["limits"]]) for side in (1, 2))
         return ((machine >= low) & (machine <= high))[:, :2].all(axis=1)
 
@@ -146,7 +158,9 @@ def _turned(clamp, places):
 
 
 def _halves(clamp):
-    return 0.0 if clamp.shape == CYLINDER else (clamp.high[0] - clamp.low[0]) / 2, 0.0 if clamp.shape == CYLINDER else (clamp.high[1] - clamp.low[1]) / 2
+    return 0.0 if clamp.shape == CYLINDER else (clamp.high[0] - clamp.low[0]) / 2, 0.0 if clamp.shape == CYLINDER else (
+        clamp.high[1] - clamp.low[1]
+    ) / 2
 
 
 def _outline(clamp, by):
@@ -166,12 +180,12 @@ def _distance(clamp, a, b):
     half = np.array(_halves(clamp))
     found = np.minimum(*(np.hypot(*np.maximum(np.abs(p) - half, 0.0).T) for p in (a, b)))
     step = b - a
-    square = np.maximum((step ** 2).sum(axis=1), 1e-300)
+    square = np.maximum((step**2).sum(axis=1), 1e-300)
     for corner in np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * half:
         share = np.clip(((corner - a) * step).sum(axis=1) / square, 0.0, 1.0)
         found = np.minimum(found, np.hypot(*(a + share[:, None] * step - corner).T))
     with np.errstate(divide="ignore", invalid="ignore"):
-        sides = np.stack([(-half - a) / step, (half - a) / step])          # where the line crosses the sides
+        sides = np.stack([(-half - a) / step, (half - a) / step])  # where the line crosses the sides
     still = step == 0.0
     inside = np.abs(a) <= half
     enter = np.where(still, np.where(inside, -np.inf, np.inf), sides.min(axis=0)).max(axis=1)

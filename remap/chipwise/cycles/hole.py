@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """G12 / G13: a circular hole, its slug chopped or its pocket cleared.  HoleRequest -> moves; pure, mm.
 
-Called by glue/hole.py.  Chopping: JP H05-7134 B2, see geometry/slug/disc.py and chop_lines.py; pocketing: Haas' I, K and Q.
+Called by glue/hole.py.  Chopping: JP H05-7134 B2, see geometry/slug/disc.py and chop_lines.py; pocketing: Haas' I, K
+and Q.
 
 Order of work, and why:
  1. To the clearance plane over the first line: up before across before down, never through stock.
@@ -31,8 +32,17 @@ from typing import Optional
 from chipwise.cycles.chop_lines import cut_line, depth_levels, ends
 from chipwise.cycles.mover import Mover
 from chipwise.cycles.plan import CyclePlan, Report
-from chipwise.cycles.word_checks import (EQUAL, MAX_PASSES, MOST_MOVES, check_chop_size, check_depth_step, check_feeds,
-                                         check_heights, check_moves, check_step)
+from chipwise.cycles.word_checks import (
+    EQUAL,
+    MAX_PASSES,
+    MOST_MOVES,
+    check_chop_size,
+    check_depth_step,
+    check_feeds,
+    check_heights,
+    check_moves,
+    check_step,
+)
 from chipwise.errors import CycleError
 from chipwise.geometry.slug import disc
 from chipwise.geometry.slug.line_order import order_lines
@@ -90,11 +100,20 @@ def check(request):
     if r.radius <= 0:
         raise CycleError("radius I{i} is not above 0", "use the radius of the hole", i=r.radius)
     if 0.0 < r.radius - r.tool_radius < MIN_PATH_RADIUS:
-        raise CycleError("radius I{i} is less than {least} larger than the tool radius {t}", "use a larger I or a smaller tool",
-                         i=r.radius, least=MIN_PATH_RADIUS, t=r.tool_radius)
+        raise CycleError(
+            "radius I{i} is less than {least} larger than the tool radius {t}",
+            "use a larger I or a smaller tool",
+            i=r.radius,
+            least=MIN_PATH_RADIUS,
+            t=r.tool_radius,
+        )
     if r.radius <= r.tool_radius:
-        raise CycleError("radius I{i} is not larger than the tool radius {t}", "use I above {t} or a smaller tool",
-                         i=r.radius, t=r.tool_radius)
+        raise CycleError(
+            "radius I{i} is not larger than the tool radius {t}",
+            "use I above {t} or a smaller tool",
+            i=r.radius,
+            t=r.tool_radius,
+        )
     check_heights(r)
     check_feeds(r)
     check_chop_size(r)
@@ -109,11 +128,16 @@ def _check_pocket(r):
             raise CycleError("step Q{q} without a finished radius K", "add K, or leave Q out", q=r.step)
         return
     if r.finished < r.radius - EQUAL:
-        raise CycleError("finished radius K{k} is smaller than the first radius I{i}", "use K of {i} or more",
-                         k=r.finished, i=r.radius)
+        raise CycleError(
+            "finished radius K{k} is smaller than the first radius I{i}",
+            "use K of {i} or more",
+            k=r.finished,
+            i=r.radius,
+        )
     if r.step is None:
-        raise CycleError("finished radius K{k} without a radial step Q", "add Q of at most {d}",
-                         k=r.finished, d=2 * r.tool_radius)
+        raise CycleError(
+            "finished radius K{k} without a radial step Q", "add Q of at most {d}", k=r.finished, d=2 * r.tool_radius
+        )
     check_step("radial step", "Q", r.step, 2 * r.tool_radius, " and would leave rings")
     if r.finished / r.step > MAX_PASSES:
         raise CycleError(f"radial step Q{{q}} needs more than {MAX_PASSES} rings", "use a larger Q", q=r.step)

@@ -6,16 +6,16 @@ approaching method of area machining (an angle to the work plane, a height, the 
 
  - K given: down to the point PA, which lies K above the start point Pi on a straight line that makes the approach angle
    with the work plane and is seen normal to the outline from above, away from the wall; along it to Pi, and at the end
-   mirrored.  Departure from the source: it goes to PA by rapid; here the part below the clearance plane is a feed.  PA may
-   lie in the stock, and at the second depth it does.
- - else: straight down at a point beside the path, two lead radii from it, and in along half a circle tangent to it.  The
-   lead radius is that of the tool or, in narrow places, a part of it; no mark is left on the finished wall.
+   mirrored.  Departure from the source: it goes to PA by rapid; here the part below the clearance plane is a feed.  PA
+   may lie in the stock, and at the second depth it does.
+ - else: straight down at a point beside the path, two lead radii from it, and in along half a circle tangent to it.
+   The lead radius is that of the tool or, in narrow places, a part of it; no mark is left on the finished wall.
  - A closed path is entered where its contour starts or, if there is no clearance, in the middle of the longest element
    that has clearance.  If there is clearance nowhere the tool goes straight down on the path.
- - One that follows another radial pass is entered beside the end of that one, if the tool cannot go straight to where it
-   would be entered else.
- - The path round a chopped slug begins at the end of a chop line or well away from all of them: begun just behind one, it
-   leaves a spur on the piece there until its own end (docs/design/chop.md).
+ - One that follows another radial pass is entered beside the end of that one, if the tool cannot go straight to where
+   it would be entered else.
+ - The path round a chopped slug begins at the end of a chop line or well away from all of them: begun just behind one,
+   it leaves a spur on the piece there until its own end (docs/design/chop.md).
 """
 
 import math
@@ -116,7 +116,8 @@ class LeadInClearance:
         return -self.side * np.stack((-tangent[:, 1], tangent[:, 0]), axis=1)
 
     def for_lead(self, point, normal, lead):
-        """Which points (m,) bool have clearance for a half circle of radius lead: the disc that it runs round is clear."""
+        """Which points (m,) bool have clearance for a half circle of radius lead: the disc that it runs round is
+        clear."""
         return gouge_depths(self.check, point + normal * lead, self.limit + lead) <= NEAR
 
     def for_slant(self, point, normal, out):
@@ -150,7 +151,8 @@ class LeadInClearance:
 
 
 class ChopKerfs:
-    """The chop lines, cut before the path is: where it may begin so that no piece falls with a spur (docs/design/chop.md).
+    """The chop lines, cut before the path is: where it may begin so that no piece falls with a spur
+    (docs/design/chop.md).
 
     That is where it meets a line's end, or so far from all lines that what lies between holds the piece.
     """
@@ -168,15 +170,20 @@ class ChopKerfs:
 
     def clear_of(self, points, normals, kind: Kind):
         """Which points (m,) bool a path may begin at by a lead-in of that kind."""
-        reach = [(0.0, 0.0), (kind.lead, kind.lead)] if kind.lead else \
-            [(at, 0.0) for at in np.linspace(0.0, kind.out, 1 + math.ceil(2 * kind.out / self.radius))]
+        reach = (
+            [(0.0, 0.0), (kind.lead, kind.lead)]
+            if kind.lead
+            else [(at, 0.0) for at in np.linspace(0.0, kind.out, 1 + math.ceil(2 * kind.out / self.radius))]
+        )
         on = self._distances(points) <= ON_LINE
-        far = np.all([self._distances(points + normals * at) >= 2 * self.radius + more + BRIDGE for at, more in reach],
-                     axis=0)
+        far = np.all(
+            [self._distances(points + normals * at) >= 2 * self.radius + more + BRIDGE for at, more in reach], axis=0
+        )
         return np.all(on | far, axis=1)
 
     def line_ends(self, e: Elements):
-        """Where lines end on a path: (index (m,), parameter (m,)), in its order; none where two of its elements meet."""
+        """Where lines end on a path: (index (m,), parameter (m,)), in its order; none where two of its elements
+        meet."""
         if not len(self.ends) or not len(e):
             return np.zeros(0, int), np.zeros(0)
         which, element = np.divmod(np.arange(len(self.ends) * len(e)), len(e))
@@ -212,16 +219,16 @@ def _open(clearance, e):
     points, normals = _ends(clearance, e)
     chosen = []
     for k in (0, 1):
-        point, normal = points[k:k + 1], normals[k:k + 1]
+        point, normal = points[k : k + 1], normals[k : k + 1]
         kind = next((kind for kind in clearance.kinds() if kind.clear(point, normal)[0]), STRAIGHT_DOWN)
         chosen.append(kind.lead_in(point[0], normal[0]))
     return LedPath(e, *chosen)
 
 
 def _closed(clearance, e, kerfs):
-    """Entered and left where the best lead-in has clearance: at its start, at the end of a chop line, or in the middle of
-    an element, longest first, of equal ones the first.  If none has that keeps clear of chop lines: straight down in the
-    kerf at a line's end."""
+    """Entered and left where the best lead-in has clearance: at its start, at the end of a chop line, or in the middle
+    of an element, longest first, of equal ones the first.  If none has that keeps clear of chop lines: straight down in
+    the kerf at a line's end."""
     ends, end_normals = _ends(clearance, e)
     order = np.argsort(-np.round(elements.lengths(e), 6), kind="stable")
     index, t = kerfs.line_ends(e)
@@ -247,8 +254,8 @@ def _closed(clearance, e, kerfs):
 
 
 def _beside(clearance, e, kerfs, before):
-    """A closed path entered by the best lead-in to which the tool can go straight from the path before, or None: nearest to
-    its end, else in the middle of one of the nearest elements."""
+    """A closed path entered by the best lead-in to which the tool can go straight from the path before, or None:
+    nearest to its end, else in the middle of one of the nearest elements."""
     foot, along = chains.snapped(e, *chains.nearest(e, before.leave.point)[1:])
     middle = elements.point_at(e, np.arange(len(e)), np.full(len(e), 0.5))
     near = np.argsort(np.hypot(*(middle - before.leave.point).T), kind="stable")[:MOST_BESIDE]

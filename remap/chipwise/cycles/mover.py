@@ -72,7 +72,8 @@ class Mover:
             self._add(Line(z=z, feed=self.plunge_feed))
 
     def descent_feed(self, angle):
-        """The cutting feed, or less, so that the vertical speed at this angle (rad) to the work plane is the plunge feed at most."""
+        """The cutting feed, or less, so that the vertical speed at this angle (rad) to the work plane is the plunge
+        feed at most."""
         return min(self.feed, self.plunge_feed / math.sin(angle))
 
     def line(self, point, z=None, feed=None):
@@ -81,8 +82,9 @@ class Mover:
 
     def arc(self, end, centre, ccw, z=None, feed=None):
         """An arc, or a helix if z is given, to (x, y) about a centre (x, y); feed: default the cutting feed."""
-        self._add(Arc(x=end[0], y=end[1], cx=centre[0], cy=centre[1], ccw=ccw, z=z,
-                      feed=self.feed if feed is None else feed))
+        self._add(
+            Arc(x=end[0], y=end[1], cx=centre[0], cy=centre[1], ccw=ccw, z=z, feed=self.feed if feed is None else feed)
+        )
 
     def follow(self, chain: Elements, z=None, feed=None):
         """Along a chain of elements, level or with an even slope down to z; feed: default the cutting feed."""

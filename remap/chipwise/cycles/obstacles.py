@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The moves of a planned cycle against the clamps in force: its traverses are led over or round them, and a cycle that comes too near to one all the
-same is refused before it moves.
+"""The moves of a planned cycle against the clamps in force: its traverses are led over or round them, and a cycle that
+comes too near to one all the same is refused before it moves.
 
 Made by planner/program_clamps.py; planner/plans.py asks it.  mm, work coordinates.
 """
@@ -17,15 +17,15 @@ from chipwise.errors import CycleError, format_place
 from chipwise.moves import PATH, Arc, Blend, Code, Copy, PlaneArc, Rapid
 from chipwise.pattern.isometry import arc_points
 
-CHORD = 0.002               # mm, of arcs
-SLACK_MM = 1e-6             # of the clearance
+CHORD = 0.002  # mm, of arcs
+SLACK_MM = 1e-6  # of the clearance
 _ABOUT = {"G17": 2, "G18": 1, "G19": 0}
 
 
 @dataclass(frozen=True)
 class Obstacles:
-    """clamps: Clamps in work coordinates; clearance: mm; tool: Shape of the one in the spindle; limits: fields of a cycles.soft_limits.Travel, None: not
-    known."""
+    """clamps: Clamps in work coordinates; clearance: mm; tool: Shape of the one in the spindle; limits: fields of a
+    cycles.soft_limits.Travel, None: not known."""
 
     clamps: tuple
     clearance: float
@@ -33,8 +33,9 @@ class Obstacles:
     limits: Any = None
 
     def clear(self, moves, start, unit, plane=None, keep=False):
-        """The moves from start (3,) on, with traverses that keep clear of the clamps.  plane: height from which on a traverse meets no stock, None: of the
-        highest traverse; keep: traverses stay above the path they have, if that is possible.  Raises CycleError as refuse()."""
+        """The moves from start (3,) on, with traverses that keep clear of the clamps.  plane: height from which on a
+        traverse meets no stock, None: of the highest traverse; keep: traverses stay above the path they have, if that
+        is possible.  Raises CycleError as refuse()."""
         if not self._touching(*_path(moves, start)[0::2]):
             return moves
         moves = tuple(one for move in moves for one in (_singly(move) if isinstance(move, Copy) else (move,)))
@@ -57,7 +58,8 @@ class Obstacles:
         return found
 
     def refuse(self, moves, start, unit):
-        """Raise CycleError for the one of the moves, from start (3,) on, that comes nearest to a clamp, and nearer than the clearance.  unit: "mm" or "in"."""
+        """Raise CycleError for the one of the moves, from start (3,) on, that comes nearest to a clamp, and nearer than
+        the clearance.  unit: "mm" or "in"."""
         places, kinds, owners = _path(moves, start)
         found = self._touching(places, owners)
         if found:
@@ -65,9 +67,15 @@ class Obstacles:
             what = f"a {'traverse' if kinds[k] else 'cut'} of the {body.name}"
             x, y, z = format_place(place.round(3), unit).split()
             if distance > 0:
-                raise CycleError(f"{what} comes within {{d}} of {clamp.name} at X{x} Y{y} Z{z}, CLAMP_CLEARANCE is {{c}}", "move the clamp or the cut, or use a higher R",
-                                 d=distance, c=self.clearance)
-            raise CycleError(f"{what} meets {clamp.name} at X{x} Y{y} Z{z}", "move the clamp or the cut, or use a higher R")
+                raise CycleError(
+                    f"{what} comes within {{d}} of {clamp.name} at X{x} Y{y} Z{z}, CLAMP_CLEARANCE is {{c}}",
+                    "move the clamp or the cut, or use a higher R",
+                    d=distance,
+                    c=self.clearance,
+                )
+            raise CycleError(
+                f"{what} meets {clamp.name} at X{x} Y{y} Z{z}", "move the clamp or the cut, or use a higher R"
+            )
 
 
 class _Links:
@@ -107,12 +115,15 @@ class _Links:
             places.append(_end(move, places[-1]))
         start, end = places[0], places[-1]
         if not (self.detour.is_free(start) and self.detour.is_free(end)):
-            return run                      # refuse() names it
+            return run  # refuse() names it
         along = [place[:2] for place in places[1:-1]] if self.keep else None
         route = self.detour.route(start, end, max(self.plane, *(place[2] for place in places)), along)
         if route is None:
             x, y, z = format_place(np.round(end, 3), self.unit).split()
-            raise CycleError(f"no traverse leads past the clamps to X{x} Y{y} Z{z} within the limits of the axes", "move a clamp, or use a shorter tool")
+            raise CycleError(
+                f"no traverse leads past the clamps to X{x} Y{y} Z{z} within the limits of the axes",
+                "move a clamp, or use a shorter tool",
+            )
         line = run[-1].line
         return (Blend(BLEND_MM, line), *(Rapid(*place, line, self.abc) for place in route), self.mode)
 
@@ -135,7 +146,8 @@ def _singly(copy):
 
 
 def _path(moves, start):
-    """Moves -> (places (n + 1, 3) from start on, with chords for arcs; whether each of the n is a traverse, index of its move)."""
+    """Moves -> (places (n + 1, 3) from start on, with chords for arcs; whether each of the n is a traverse, index of
+    its move)."""
     here, found, kinds, owners = tuple(start), [np.array([start], float)], [], []
 
     def add(k, move, end, centre):
@@ -148,6 +160,7 @@ def _path(moves, start):
         kinds.extend([isinstance(move, Rapid)] * len(points))
         owners.extend([k] * len(points))
         here = tuple(end)
+
     for k, move in enumerate(moves):
         if isinstance(move, Copy):
             for own, row in zip(move.moves, move.places):
@@ -155,6 +168,12 @@ def _path(moves, start):
                     add(k, own, tuple(row[:3]), tuple(row[3:]) if isinstance(own, (Arc, PlaneArc)) else None)
         elif not isinstance(move, (Code, Blend)):
             end = tuple(old if new is None else new for new, old in zip((move.x, move.y, move.z), here))
-            centre = (move.cx, move.cy, here[2]) if isinstance(move, Arc) else tuple(move.centre) if isinstance(move, PlaneArc) else None
+            centre = (
+                (move.cx, move.cy, here[2])
+                if isinstance(move, Arc)
+                else tuple(move.centre)
+                if isinstance(move, PlaneArc)
+                else None
+            )
             add(k, move, end, centre)
     return np.concatenate(found), kinds, owners

@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """G79: clear a pocket with islands.  PocketRequest -> moves and messages for the operator; pure, mm.
 
-Called by glue/pocket.py and bin/chipwise.  Where the tool centre may be: geometry/pocket/machinable.py; how it goes there:
-the strategies; here are levels, entries and what lies between.
+Called by glue/pocket.py and bin/chipwise.  Where the tool centre may be: geometry/pocket/machinable.py; how it goes
+there:  the strategies; here are levels, entries and what lies between.
 
 Order of work: one machinable region after the other (the tool does not fit between them), each from the top level to
 the floor.
 
-Rapids, and why none meets stock, nor has any at its side.  Above R everything is free.  Below it a rapid runs straight up,
-or straight down to GAP_MM above the level before, which is cleared all over the machinable region, if the place is
+Rapids, and why none meets stock, nor has any at its side.  Above R everything is free.  Below it a rapid runs straight
+up, or straight down to GAP_MM above the level before, which is cleared all over the machinable region, if the place is
 the traverse clearance within that region.  Everything else is a feed: also the rest down to where the tool has been at
-this level, as that may be beside stock.  From Track to Track of a level the tool goes over ground that the level has cleared,
-lifted a little where it traverses (geometry/pocket/links.py; pocket_engage.py for P4); it lifts to R where there is no such
-route.  A Track that does not start on an earlier path of its level is entered by a helix, a ramp or a plunge.
+this level, as that may be beside stock.  From Track to Track of a level the tool goes over ground that the level has
+cleared, lifted a little where it traverses (geometry/pocket/links.py; pocket_engage.py for P4); it lifts to R where
+there is no such route.  A Track that does not start on an earlier path of its level is entered by a helix, a ramp or a
+plunge.
 """
 
 import math
@@ -27,8 +28,16 @@ from chipwise.cycles.chop_lines import depth_levels
 from chipwise.cycles.mover import Mover
 from chipwise.cycles.plan import CyclePlan, Note, Report
 from chipwise.cycles.standing import Standing
-from chipwise.cycles.word_checks import (EQUAL, MAX_PASSES, MOST_MOVES, check_depth_step, check_feeds, check_moves,
-                                         check_step, gap_notes)
+from chipwise.cycles.word_checks import (
+    EQUAL,
+    MAX_PASSES,
+    MOST_MOVES,
+    check_depth_step,
+    check_feeds,
+    check_moves,
+    check_step,
+    gap_notes,
+)
 from chipwise.errors import Area, CycleError
 from chipwise.geometry.base import elements
 from chipwise.geometry.base.clearance import gouge_depths
@@ -103,8 +112,8 @@ class PocketRequest:
 
 @dataclass(frozen=True)
 class PocketPlan(CyclePlan):
-    """A CyclePlan; inaccessible: regions the tool cannot enter; plunges: (x, y) of entries without helix or ramp; regions:
-    number of regions cleared."""
+    """A CyclePlan; inaccessible: regions the tool cannot enter; plunges: (x, y) of entries without helix or ramp;
+    regions:  number of regions cleared."""
 
     inaccessible: tuple = ()
     plunges: tuple = ()
@@ -127,13 +136,20 @@ def check(request):
     if r.strategy == ENGAGE:
         pocket_engage.check(r)
     if r.bottom + r.floor_allowance >= r.clearance - EQUAL:
-        raise CycleError("final depth Z{z} with the floor allowance K{k} is not below the clearance plane R{r}",
-                         "use a deeper Z, a smaller K or a higher R", z=r.bottom, k=r.floor_allowance, r=r.clearance)
+        raise CycleError(
+            "final depth Z{z} with the floor allowance K{k} is not below the clearance plane R{r}",
+            "use a deeper Z, a smaller K or a higher R",
+            z=r.bottom,
+            k=r.floor_allowance,
+            r=r.clearance,
+        )
     check_feeds(r)
     check_depth_step(r)
     if not 0 < r.ramp_angle <= 90:
-        raise CycleError(f"ramp angle {r.ramp_angle:g} degrees is not above 0, up to 90",
-                         "correct #<_chipwise_ramp_angle> or [CHIPWISE]RAMP_ANGLE")
+        raise CycleError(
+            f"ramp angle {r.ramp_angle:g} degrees is not above 0, up to 90",
+            "correct #<_chipwise_ramp_angle> or [CHIPWISE]RAMP_ANGLE",
+        )
 
 
 @lru_cache(maxsize=32)
@@ -150,12 +166,20 @@ def pocket_plan(request):
     distance = r.tool_radius + r.side_allowance
     within = [machinable.machinable_regions(pocket, distance) for pocket in pockets]
     found = [region for regions in within for region in regions]
-    missed = tuple(sorted((area for pocket, regions in zip(pockets, within) for area in inaccessible(pocket, regions, distance)),
-                          key=lambda area: -area.area))
+    missed = tuple(
+        sorted(
+            (area for pocket, regions in zip(pockets, within) for area in inaccessible(pocket, regions, distance)),
+            key=lambda area: -area.area,
+        )
+    )
     if not found:
         if r.side_allowance > 0.0:
-            raise CycleError("the tool ({d}) with the side allowance I{i} beside it fits nowhere in the pocket", "use a smaller tool or a smaller I",
-                             d=2 * r.tool_radius, i=r.side_allowance)
+            raise CycleError(
+                "the tool ({d}) with the side allowance I{i} beside it fits nowhere in the pocket",
+                "use a smaller tool or a smaller I",
+                d=2 * r.tool_radius,
+                i=r.side_allowance,
+            )
         raise CycleError("the tool ({d}) fits nowhere in the pocket", "use a smaller tool", d=2 * r.tool_radius)
     driver = _Driver(r)
     if r.strategy == ENGAGE:
@@ -186,8 +210,9 @@ def _engaged(driver, found):
 
 def _report(regions, missed, plunges):
     """What was cleared and what was not."""
-    return Report("pocket", dict(regions=regions, plunges=len(plunges),
-                                 inaccessible_mm2=[round(area.area, 3) for area in missed]))
+    return Report(
+        "pocket", dict(regions=regions, plunges=len(plunges), inaccessible_mm2=[round(area.area, 3) for area in missed])
+    )
 
 
 def _notes(missed, plunges) -> tuple[Note, ...]:
@@ -195,13 +220,22 @@ def _notes(missed, plunges) -> tuple[Note, ...]:
     notes: tuple[Note, ...] = ()
     if missed:
         first, count = missed[0], len(missed)
-        notes += (Note(f"{count} region{'s' if count > 1 else ''} of the pocket cannot be entered by this tool and stay"
-                       f"{'' if count > 1 else 's'} uncut, the largest ({{area}}) at X{{x}} Y{{y}}",
-                       {"area": Area(first.area), "x": first.x, "y": first.y}),)
+        notes += (
+            Note(
+                f"{count} region{'s' if count > 1 else ''} of the pocket cannot be entered by this tool and stay"
+                f"{'' if count > 1 else 's'} uncut, the largest ({{area}}) at X{{x}} Y{{y}}",
+                {"area": Area(first.area), "x": first.x, "y": first.y},
+            ),
+        )
     if plunges:
         (x, y), count = plunges[0], len(plunges)
-        notes += (Note("no clearance for a helix or a ramp, so the tool plunges at E in "
-                       f"{count} place{'s' if count > 1 else ''}, the first at X{{x}} Y{{y}}", {"x": x, "y": y}),)
+        notes += (
+            Note(
+                "no clearance for a helix or a ramp, so the tool plunges at E in "
+                f"{count} place{'s' if count > 1 else ''}, the first at X{{x}} Y{{y}}",
+                {"x": x, "y": y},
+            ),
+        )
     return notes
 
 
@@ -210,10 +244,21 @@ def nesting_notes(drawn) -> tuple[Note, ...]:
     notes: tuple[Note, ...] = ()
     if drawn.doubled:
         (again, first), more = drawn.doubled[0], len(drawn.doubled) - 1
-        notes += (Note(f"the loop of line {again.line[0]} repeats the one of line {first.line[0]} and counts once{_and_more(more)}", {}),)
+        notes += (
+            Note(
+                f"the loop of line {again.line[0]} repeats the one of line {first.line[0]} and counts "
+                f"once{_and_more(more)}",
+                {},
+            ),
+        )
     if drawn.links:
         lines = sorted({part.line for part in drawn.links})
-        notes += (Note(f"line {lines[0]} leads from one loop to another with G1 and is not a wall{_and_more(len(lines) - 1)}", {}),)
+        notes += (
+            Note(
+                f"line {lines[0]} leads from one loop to another with G1 and is not a wall{_and_more(len(lines) - 1)}",
+                {},
+            ),
+        )
     return notes
 
 
@@ -226,7 +271,9 @@ def region_tracks(region, request):
     r = request
     step = min(r.step, WIDEST * 2 * r.tool_radius)
     if np.ptp(region.boundary.start, axis=0).max() > MAX_PASSES * step:
-        raise CycleError(f"step-over D{{d}} needs more than {MAX_PASSES} paths side by side", "use a larger D", d=r.step)
+        raise CycleError(
+            f"step-over D{{d}} needs more than {MAX_PASSES} paths side by side", "use a larger D", d=r.step
+        )
     walls = Walls(region, r.tool_radius, r.climb, r.seam_overlap) if region.area > NO_AREA_MM2 else None
     tracks = tuple(STRATEGIES[r.strategy](region, r.tool_radius, step, math.radians(r.direction), r.climb, walls))
     if r.strategy == 0 and step <= r.tool_radius:
@@ -242,13 +289,15 @@ def _pockets(loops, close_gap):
 
 
 def _open_starts(region, tracks, clearance):
-    """For each Track whether no stock that a cleared level leaves is within the clearance (mm) of the tool's side at its start."""
+    """For each Track whether no stock that a cleared level leaves is within the clearance (mm) of the tool's side at
+    its start."""
     start = np.array([track.start for track in tracks], float).reshape(-1, 2)
     return (gouge_depths(region.pocket.clearance_check, start, region.distance + clearance) <= 0.0).tolist()
 
 
 class _Driver:
-    """Clears machinable regions level by level; plunges: (x, y) of entries without helix or ramp; full: places of full width, each of one level."""
+    """Clears machinable regions level by level; plunges: (x, y) of entries without helix or ramp; full: places of full
+    width, each of one level."""
 
     def __init__(self, request):
         self.request, self.mover = request, Mover(request)
@@ -260,7 +309,9 @@ class _Driver:
         above, known, is_open = None, links.known_starts(tracks), _open_starts(region, tracks, r.traverse_clearance)
         routes = links.linked(region, tracks, r.tool_radius, r.traverse_clearance, r.feed / 60.0)
         levels = depth_levels(r.clearance, r.bottom + r.floor_allowance, r.depth_step, r.stock_top)
-        per_level = sum(len(track.elements) + 4 for track in tracks) + sum(len(piece.elements) for route in routes for piece in route or ())
+        per_level = sum(len(track.elements) + 4 for track in tracks) + sum(
+            len(piece.elements) for route in routes for piece in route or ()
+        )
         check_moves(len(mover.moves) + len(levels) * per_level, r, "use a larger J or D")
         entered = {}
         for z in levels:
@@ -290,8 +341,8 @@ class _Driver:
         mover.down(z)
 
     def over(self, start, above, free, is_open):
-        """To just above `free`, the depth that is cleared at a start (x, y): by rapids to over the level before (`above`) if that is open
-        there, else to the clearance plane.  None: nothing is cleared below R."""
+        """To just above `free`, the depth that is cleared at a start (x, y): by rapids to over the level before
+        (`above`) if that is open there, else to the clearance plane.  None: nothing is cleared below R."""
         clearance = self.request.clearance
         self.mover.over(start, min(above + GAP_MM, clearance) if is_open and above is not None else clearance)
         if free is not None:

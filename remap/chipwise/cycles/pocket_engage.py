@@ -3,12 +3,13 @@
 
 Called by cycles/pocket.py, which has the request, the notes and the descent to a level.
 
-Below R a rapid here may also run across: up to LIFT_MM above the level, over ground that the level has cleared, with the traverse
-clearance at the tool's side.  It rises from the level and goes down to LOW_MM above it so flat that it need not stop there; the arc onto
-the next path goes down the rest, as a feed.  All else is as in pocket.py.
+Below R a rapid here may also run across: up to LIFT_MM above the level, over ground that the level has cleared, with
+the traverse clearance at the tool's side.  It rises from the level and goes down to LOW_MM above it so flat that it
+need not stop there; the arc onto the next path goes down the rest, as a feed.  All else is as in pocket.py.
 
 No path is given out that its certificate does not hold for (geometry/pocket/engage_proof.py).
 """
+
 import math
 from dataclasses import dataclass
 
@@ -42,11 +43,21 @@ OTHER = "use P0, or a smaller tool"
 def check(request):
     """Raise CycleError for a step-over that P4 cannot have."""
     if request.step > WIDEST * request.tool_radius + EQUAL:
-        raise CycleError("step-over D{d} is above half the tool diameter ({t}), which is the most of P4", "use D up to {most}, or P0",
-                         d=request.step, t=2 * request.tool_radius, most=WIDEST * request.tool_radius)
+        raise CycleError(
+            "step-over D{d} is above half the tool diameter ({t}), which is the most of P4",
+            "use D up to {most}, or P0",
+            d=request.step,
+            t=2 * request.tool_radius,
+            most=WIDEST * request.tool_radius,
+        )
     if request.step < LEAST * request.tool_radius - EQUAL:
-        raise CycleError("step-over D{d} is below a fortieth of the tool diameter ({t}), which is the least of P4", "use D of {least} or more, or P0",
-                         d=request.step, t=2 * request.tool_radius, least=LEAST * request.tool_radius)
+        raise CycleError(
+            "step-over D{d} is below a fortieth of the tool diameter ({t}), which is the least of P4",
+            "use D of {least} or more, or P0",
+            d=request.step,
+            t=2 * request.tool_radius,
+            least=LEAST * request.tool_radius,
+        )
 
 
 def mirrored_loops(loops):
@@ -64,13 +75,20 @@ def _mirrored(part):
 def flipped(chain):
     """Elements with X negative."""
     turn = np.array((-1.0, 1.0))
-    return Elements(chain.start * turn, chain.end * turn, chain.centre * turn, chain.radius, math.pi - chain.start_angle, -chain.sweep)
+    return Elements(
+        chain.start * turn,
+        chain.end * turn,
+        chain.centre * turn,
+        chain.radius,
+        math.pi - chain.start_angle,
+        -chain.sweep,
+    )
 
 
 @dataclass(frozen=True)
 class Level:
-    """z; segments, none where nothing stands; over, full: places with more engagement, and with all of it (engage_proof.Proof); left: share that stands before the first path, of
-    what the tool reaches."""
+    """z; segments, none where nothing stands; over, full: places with more engagement, and with all of it
+    (engage_proof.Proof); left: share that stands before the first path, of what the tool reaches."""
 
     z: float
     segments: tuple
@@ -86,8 +104,14 @@ def levels(region, request):
         cleared = None if r.stock is None else r.stock.cleared(region.boundary, z, r.tool_radius, not r.climb)
         key = cleared.start.tobytes() + cleared.end.tobytes() if cleared else b""
         if key not in known:
-            left = engage_proof.left_mm2(region, r.tool_radius, cleared) / engage_proof.left_mm2(region, r.tool_radius) if cleared else 1.0
-            known[key] = (*_segments(region, r, cleared if cleared else None), left) if left > 0.0 else ((), (), (), 0.0)
+            left = (
+                engage_proof.left_mm2(region, r.tool_radius, cleared) / engage_proof.left_mm2(region, r.tool_radius)
+                if cleared
+                else 1.0
+            )
+            known[key] = (
+                (*_segments(region, r, cleared if cleared else None), left) if left > 0.0 else ((), (), (), 0.0)
+            )
         found.append(Level(z, *known[key]))
     return tuple(found)
 
@@ -96,15 +120,28 @@ def _segments(region, request, cleared):
     """Segments of one level, and places with more engagement and with all of it."""
     r = request
     angle = math.acos(1.0 - r.step / r.tool_radius)
-    segments = engage.planned(region, r.tool_radius, r.step, r.feed / 60.0, r.traverse_clearance, cleared, 0.0 if cleared is None else r.stock.cell,
-                              r.seam_overlap)
+    segments = engage.planned(
+        region,
+        r.tool_radius,
+        r.step,
+        r.feed / 60.0,
+        r.traverse_clearance,
+        cleared,
+        0.0 if cleared is None else r.stock.cell,
+        r.seam_overlap,
+    )
     proof = engage_proof.prove(region, segments, r.tool_radius, angle, cleared)
     side = 1.0 if r.climb else -1.0
     found = _fault(proof)
     if found:
         what, (x, y) = found
-        raise CycleError(f"P4 found no path that keeps the engagement everywhere: it {what} at X{{x}} Y{{y}}", OTHER,
-                         left=Area(proof.left_mm2), x=side * x, y=y)
+        raise CycleError(
+            f"P4 found no path that keeps the engagement everywhere: it {what} at X{{x}} Y{{y}}",
+            OTHER,
+            left=Area(proof.left_mm2),
+            x=side * x,
+            y=y,
+        )
     return engage_proof.slowed(region, segments, proof, r.tool_radius, angle, cleared), proof.over, proof.full
 
 
@@ -122,26 +159,42 @@ def _fault(proof):
 
 
 def notes(done, climb, radius):
-    """What the operator should know of the Levels of all regions: stock that was gone before, places where the engagement is above that of D,
-    and how much of the path is a full slot."""
+    """What the operator should know of the Levels of all regions: stock that was gone before, places where the
+    engagement is above that of D, and how much of the path is a full slot."""
     over = [row for rows in dict.fromkeys(level.over for level in done) for row in rows]
     long = [row for row in over if row[2] > engage_proof.CORNER * radius]
     short = [row for row in over if row[2] <= engage_proof.CORNER * radius]
     found = ()
     gone = 1.0 - sum(level.left for level in done) / len(done)
     if gone > 0.005:
-        found += (Note(f"P4 starts from the stock as it stands, {100 * gone:.0f} % of the pocket is cleared already", {}),)
-    found += full_width_note([row for rows in dict.fromkeys(level.full for level in done) for row in rows], 1.0 if climb else -1.0)
+        found += (
+            Note(f"P4 starts from the stock as it stands, {100 * gone:.0f} % of the pocket is cleared already", {}),
+        )
+    found += full_width_note(
+        [row for rows in dict.fromkeys(level.full for level in done) for row in rows], 1.0 if climb else -1.0
+    )
     if long:
         x, y, length, _ = max(long, key=lambda row: row[2])
         count, most = len(long), max(row[3] for row in long)
-        found += (Note(f"P4 cannot keep the engagement of D in {count} narrow place{'s' if count > 1 else ''} (up to {math.degrees(most):.0f} degrees) and feeds less there, "
-                       "the longest over {mm} from X{x} Y{y}", {"mm": length, "x": x if climb else -x, "y": y}),)
+        found += (
+            Note(
+                f"P4 cannot keep the engagement of D in {count} narrow place{'s' if count > 1 else ''} (up to "
+                f"{math.degrees(most):.0f} degrees) and feeds less there, "
+                "the longest over {mm} from X{x} Y{y}",
+                {"mm": length, "x": x if climb else -x, "y": y},
+            ),
+        )
     if short:
         x, y, _, most = max(short, key=lambda row: row[3])
         count = len(short)
-        found += (Note(f"the engagement is above that of D in {count} corner{'s' if count > 1 else ''}, up to {math.degrees(most):.0f} degrees at "
-                       "X{x} Y{y}", {"x": x if climb else -x, "y": y}),)
+        found += (
+            Note(
+                f"the engagement is above that of D in {count} corner{'s' if count > 1 else ''}, up to "
+                f"{math.degrees(most):.0f} degrees at "
+                "X{x} Y{y}",
+                {"x": x if climb else -x, "y": y},
+            ),
+        )
     return found
 
 
@@ -156,8 +209,13 @@ def full_width_note(full, side=1.0):
         return ()
     x, y, length, _ = max(full, key=lambda row: row[2])
     count = len(full)
-    return (Note(f"the tool cuts its full width over {{mm}} in {count} place{'s' if count > 1 else ''}, the longest over {{most}} from X{{x}} Y{{y}}",
-                 {"mm": _tenths(sum(row[2] for row in full)), "most": _tenths(length), "x": side * x, "y": y}),)
+    return (
+        Note(
+            f"the tool cuts its full width over {{mm}} in {count} place{'s' if count > 1 else ''}, the longest over "
+            f"{{most}} from X{{x}} Y{{y}}",
+            {"mm": _tenths(sum(row[2] for row in full)), "most": _tenths(length), "x": side * x, "y": y},
+        ),
+    )
 
 
 def clear(driver, region, planned):
@@ -192,7 +250,9 @@ def _level(driver, region, level, above):
             else:
                 if not new:
                     mover.plunge(z)
-                if segment.kind == "cut" or mover.z - z > float(elements.lengths(chain).sum()) * math.tan(math.radians(r.ramp_angle)):
+                if segment.kind == "cut" or mover.z - z > float(elements.lengths(chain).sum()) * math.tan(
+                    math.radians(r.ramp_angle)
+                ):
                     mover.down(z)
                 _follow(mover, chain, segment.share, z if mover.z > z else None)
             new = True
@@ -221,15 +281,23 @@ def _ramp(driver, chain, z, above):
     passes = 2 * max(1, math.ceil((top - z) / (2.0 * length * math.tan(angle)) - 1e-9))
     check_moves(len(mover.moves) + passes * len(chain), r, "use a larger #<_chipwise_ramp_angle> or J")
     for number in range(1, passes + 1):
-        mover.follow(chain if number % 2 else elements.reverse(chain), z if number == passes else top + (z - top) * number / passes,
-                     mover.descent_feed(math.atan2(top - z, passes * length)))
+        mover.follow(
+            chain if number % 2 else elements.reverse(chain),
+            z if number == passes else top + (z - top) * number / passes,
+            mover.descent_feed(math.atan2(top - z, passes * length)),
+        )
 
 
 def _enter(driver, region, segment, chain, z, above):
     """By a helix on a circle, and once round at the level."""
     r, mover = driver.request, driver.mover
     start, centre, radius = chain.start[0], tuple(chain.centre[0].tolist()), float(chain.radius[0])
-    free = gouge_depths(region.pocket.clearance_check, segment.elements.start[:1], region.distance + r.traverse_clearance)[0] <= 0.0
+    free = (
+        gouge_depths(region.pocket.clearance_check, segment.elements.start[:1], region.distance + r.traverse_clearance)[
+            0
+        ]
+        <= 0.0
+    )
     driver.over(tuple(start.tolist()), above, above, bool(free))
     angle, ccw, top = math.radians(r.ramp_angle), bool(chain.sweep[0] > 0.0), mover.z
     if angle >= math.radians(89.9) or radius <= NARROWEST * r.tool_radius:
@@ -257,5 +325,9 @@ def across(mover, chain, z, clearance):
         t = 1.0 - (float(upto[k]) - station) / float(length[k])
         x, y = chains.point(chain, k, t).tolist()
         share = min(station, total - station) / rise
-        mover.rapid(x=x, y=y, z=high if share >= 1.0 else z + share * (high - z) if 2.0 * station < total else low + share * (high - low))
+        mover.rapid(
+            x=x,
+            y=y,
+            z=high if share >= 1.0 else z + share * (high - z) if 2.0 * station < total else low + share * (high - low),
+        )
     mover.rapid(x=float(chain.end[-1, 0]), y=float(chain.end[-1, 1]), z=low)

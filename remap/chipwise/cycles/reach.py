@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Whether a robot follows a pattern: its joints along every chord, by the machine's own kinematics, before anything moves.
+"""Whether a robot follows a pattern: its joints along every chord, by the machine's own kinematics, before anything
+moves.
 
 Called by cycles/pattern.py.  mm, degrees, mm/min; joints as the kinematics have them.
 
- 1. The path is sampled every STEP_MM and STEP_DEGREES: traverses, lines and arcs, and the turn to the station's orientation.
+ 1. The path is sampled every STEP_MM and STEP_DEGREES: traverses, lines and arcs, and the turn to the station's
+    orientation.
  2. The joints of a sample follow from those before it, as motion computes them (machine/kinematics.py).
- 3. Refused is the first sample that the joints do not reach, where one is beyond its limit, or where one would have to turn faster
-    than it can at the programmed feed: a singularity is where that happens at any feed.
+ 3. Refused is the first sample that the joints do not reach, where one is beyond its limit, or where one would have to
+    turn faster than it can at the programmed feed: a singularity is where that happens at any feed.
 """
 
 import math
@@ -20,9 +22,9 @@ from chipwise.pattern.isometry import arc_points
 from chipwise.pattern.recorded import ARC, RAPID
 
 STEP_MM, STEP_DEGREES, CHORD = 1.0, 0.5, 0.05
-SLACK = 1e-6            # degrees or mm beyond a limit: rounding
-FASTER = 1.02           # of a joint's speed: what sampling may overestimate
-PART = 200_000          # samples at a time: 25 MB of joints
+SLACK = 1e-6  # degrees or mm beyond a limit: rounding
+FASTER = 1.02  # of a joint's speed: what sampling may overestimate
+PART = 200_000  # samples at a time: 25 MB of joints
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,8 @@ class Reach:
     def check(self, runs, pose):
         """Raise CycleError for the first sample out of reach.
 
-        runs: of each copy (copy from 1, Recorded, its points, its start, Isometry to positions of the axes); pose: (A, B, C) in the station.
+        runs: of each copy (copy from 1, Recorded, its points, its start, Isometry to positions of the axes); pose: (A,
+        B, C) in the station.
         """
         robot, joints, rows, before = Kinematics(self.module, self.pins), self.joints, [], None
         for piece in self._pieces(runs, pose):
@@ -65,12 +68,21 @@ class Reach:
         for copy, recorded, points, start, onto in runs:
             here = np.array(start, float)
             for step, at in zip(recorded.moves, recorded.ends):
-                path = arc_points(here, points[at], points[at + 1], step.axis, step.turns, CHORD) if step.kind == ARC else points[at][None]
-                yield (copy, step, *self._sampled(step, onto.points(np.vstack([here[None], path])), abc, np.array(pose, float)))
+                path = (
+                    arc_points(here, points[at], points[at + 1], step.axis, step.turns, CHORD)
+                    if step.kind == ARC
+                    else points[at][None]
+                )
+                yield (
+                    copy,
+                    step,
+                    *self._sampled(step, onto.points(np.vstack([here[None], path])), abc, np.array(pose, float)),
+                )
                 here, abc = points[at], np.array(pose, float)
 
     def _sampled(self, step, corners, abc, to):
-        """(poses (n, 6), s to each (n,)) of a move, without its start; abc, to: its orientation at the start and at the end."""
+        """(poses (n, 6), s to each (n,)) of a move, without its start; abc, to: its orientation at the start and at the
+        end."""
         lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
         turn = float(np.abs(to - abc).max())
         counts = np.maximum(1, np.ceil(lengths / STEP_MM)).astype(int)
@@ -79,7 +91,9 @@ class Reach:
         share = np.concatenate([np.arange(1, count + 1) / count for count in counts])
         part = np.repeat(np.arange(len(counts)), counts)
         places = corners[part] + (corners[part + 1] - corners[part]) * share[:, None]
-        travelled = (np.concatenate([[0.0], np.cumsum(lengths)])[part] + lengths[part] * share) / max(float(lengths.sum()), 1e-12)
+        travelled = (np.concatenate([[0.0], np.cumsum(lengths)])[part] + lengths[part] * share) / max(
+            float(lengths.sum()), 1e-12
+        )
         whole = np.linspace(0, 1, len(part) + 1)[1:] if lengths.sum() < 1e-9 else travelled
         speed = self.speeds[0] if step.kind == RAPID or not step.feed else step.feed / 60.0
         lasts = np.maximum(lengths / speed / counts, turn / self.speeds[1] / counts.sum())[part]
@@ -96,7 +110,11 @@ class Reach:
         first = found[:1] if before is None else before
         with np.errstate(invalid="ignore"):
             speed = np.abs(np.diff(np.vstack([first, found]), axis=0)) / seconds[:, None]
-            lost, beyond, fast = ~np.isfinite(found), (found < low - SLACK) | (found > high + SLACK), speed > FASTER * fastest
+            lost, beyond, fast = (
+                ~np.isfinite(found),
+                (found < low - SLACK) | (found > high + SLACK),
+                speed > FASTER * fastest,
+            )
         bad = (lost | beyond | fast).any(axis=1)
         if bad.any():
             k = int(np.argmax(bad))
@@ -110,13 +128,24 @@ class Reach:
         where = f"line {step.source} of the sub, copy {copy}" if step.source else f"the sub, copy {copy}"
         lost, beyond = wrong
         if lost.any():
-            raise CycleError(f"{where}: the robot does not reach X{{x}} Y{{y}} Z{{z}} of the machine", "move the station nearer, or turn it",
-                             x=float(place[0]), y=float(place[1]), z=float(place[2]))
+            raise CycleError(
+                f"{where}: the robot does not reach X{{x}} Y{{y}} Z{{z}} of the machine",
+                "move the station nearer, or turn it",
+                x=float(place[0]),
+                y=float(place[1]),
+                z=float(place[2]),
+            )
         if beyond.any():
             k = int(np.argmax(beyond))
             low, high, _speed = self.limits[k]
-            raise CycleError(f"{where}: joint {k} would be at {joints[k]:.2f}, beyond its limit of {low if joints[k] < low else high:g}",
-                             "shift or turn the station, or come from another position")
+            raise CycleError(
+                f"{where}: joint {k} would be at {joints[k]:.2f}, beyond its limit of "
+                f"{low if joints[k] < low else high:g}",
+                "shift or turn the station, or come from another position",
+            )
         k = int(np.argmax(speed / np.array([limit[2] for limit in self.limits])))
-        raise CycleError(f"{where}: joint {k} would turn at {speed[k]:.4g} per s, more than its {self.limits[k][2]:g}: too fast, or near a singularity",
-                         "shift or turn the station, or use a lower feed")
+        raise CycleError(
+            f"{where}: joint {k} would turn at {speed[k]:.4g} per s, more than its {self.limits[k][2]:g}: too fast, or "
+            f"near a singularity",
+            "shift or turn the station, or use a lower feed",
+        )

@@ -3,9 +3,11 @@
 
 Made by planner/plans.py from the map of the stock tracker; asked by pocket_engage.py.
 
-What counts as cleared is never more than what is, and less by up to a cell and a half: a place of the tool counts if all cells that its circle touches are
-wholly at or below the level.  A cell with a wall in it is not, and a cell outside of the map is not known, so it is stock.
+What counts as cleared is never more than what is, and less by up to a cell and a half: a place of the tool counts if
+all cells that its circle touches are wholly at or below the level.  A cell with a wall in it is not, and a cell outside
+of the map is not known, so it is stock.
 """
+
 import math
 from dataclasses import dataclass, replace
 
@@ -42,30 +44,39 @@ class Standing:
         """Only the cells that a tool of this radius can ask for in a box of work coordinates."""
         first, after = self._window(low, high, radius)
         a, b = np.maximum(first, 0), np.maximum(np.minimum(after, (self.columns, self.rows)), np.maximum(first, 0))
-        tops = np.frombuffer(self.tops, np.float32).reshape(self.rows, self.columns)[a[1]:b[1], a[0]:b[0]]
+        tops = np.frombuffer(self.tops, np.float32).reshape(self.rows, self.columns)[a[1] : b[1], a[0] : b[0]]
         corner = tuple((np.array(self.corner) + a * self.cell).tolist())
         return replace(self, corner=corner, rows=tops.shape[0], columns=tops.shape[1], tops=tops.tobytes())
 
     def cleared(self, contour: Elements, z: float, radius: float, mirrored: bool = False) -> Elements:
-        """Lines of places that a tool, of this radius and on this level (work coordinates), may have been at, so that all it has swept is cleared: those that a
-        region within this contour can ask for.  mirrored: X of the region is negative."""
+        """Lines of places that a tool, of this radius and on this level (work coordinates), may have been at, so that
+        all it has swept is cleared: those that a region within this contour can ask for.  mirrored: X of the region is
+        negative."""
         (left, lower), (right, upper) = (f(part, axis=0) for f, part in zip((np.min, np.max), elements.boxes(contour)))
-        low, high = self._window((-right, lower) if mirrored else (left, lower), (-left, upper) if mirrored else (right, upper), radius)
+        low, high = self._window(
+            (-right, lower) if mirrored else (left, lower), (-left, upper) if mirrored else (right, upper), radius
+        )
         tops = np.frombuffer(self.tops, np.float32).reshape(self.rows, self.columns)
         free = np.zeros((high[1] - low[1], high[0] - low[0]), bool)
         a, b = np.maximum(low, 0), np.minimum(high, (self.columns, self.rows))
         if (a < b).all():
-            free[a[1] - low[1]:b[1] - low[1], a[0] - low[0]:b[0] - low[0]] = tops[a[1]:b[1], a[0]:b[0]] <= z + self.origin[2] + LEVEL_MM
+            free[a[1] - low[1] : b[1] - low[1], a[0] - low[0] : b[0] - low[0]] = (
+                tops[a[1] : b[1], a[0] : b[0]] <= z + self.origin[2] + LEVEL_MM
+            )
         start, end = _runs(_with_clearance(free, radius / self.cell))
         place = [self._work(np.array(self.corner) + (low + at + 0.5) * self.cell) for at in (start, end)]
         side = np.array((-1.0 if mirrored else 1.0, 1.0))
         return make_lines(place[0] * side, place[1] * side)
 
     def _window(self, low, high, radius):
-        """(first cell, cell after the last) (x, y) of those that a tool can touch whose circle is within two radii of a box."""
+        """(first cell, cell after the last) (x, y) of those that a tool can touch whose circle is within two radii of a
+        box."""
         corners = np.array([(x, y) for x in (low[0], high[0]) for y in (low[1], high[1])])
         c, s = math.cos(self.turn), math.sin(self.turn)
-        at = np.column_stack((c * corners[:, 0] - s * corners[:, 1], s * corners[:, 0] + c * corners[:, 1])) + self.origin[:2]
+        at = (
+            np.column_stack((c * corners[:, 0] - s * corners[:, 1], s * corners[:, 0] + c * corners[:, 1]))
+            + self.origin[:2]
+        )
         index = (at - self.corner) / self.cell
         more = 3.0 * radius / self.cell + 1.0
         return np.floor(index.min(axis=0) - more).astype(int), np.ceil(index.max(axis=0) + more).astype(int)
@@ -77,11 +88,12 @@ class Standing:
 
 
 def _with_clearance(free, radius):
-    """Which cells (rows, columns) have only free ones that a circle about their middle, of a radius in cells, touches."""
+    """Which cells (rows, columns) have only free ones that a circle about their middle, of a radius in cells,
+    touches."""
     apart = _apart(free)
     found = free.copy()
     for row in range(1, math.ceil(radius + 0.5) + 1):
-        half = radius ** 2 - (row - 0.5) ** 2
+        half = radius**2 - (row - 0.5) ** 2
         if half <= 0.0:
             break
         near = apart >= math.sqrt(half) + 0.5

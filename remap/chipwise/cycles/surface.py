@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """G24 and `chipwise surface`: a curved surface is cut in one direction, with pick feeds between the cuts.
 
-Called by planner/plans.py and options/surface_program.py.  Pure but for the model's file; mm.  surface_moves.py has the moves.
+Called by planner/plans.py and options/surface_program.py.  Pure but for the model's file; mm.  surface_moves.py has the
+    moves.
     all cuts        over the whole model, in one level
     depth           in levels: each cut goes no lower than its level, and only where the stock needs it
-    least           only where the stock reaches more than that above what the tool leaves of it: the rest that a larger tool has left
+    least           only where the stock reaches more than that above what the tool leaves of it: the rest that a larger
+                    tool has left
 The stock is the one that the requests before (`earlier`) have left.
 """
 
@@ -24,15 +26,15 @@ from chipwise.clib.drop_cutter import Mesh, Probe
 from chipwise.surface.links import Obstacles
 from chipwise.surface.model import Placing, check_size, read_model
 
-LEAST_TOLERANCE = 1e-3      # mm
-CELLS = 0.01, 10.0          # mm: of the stock's map
-MAX_ALLOWANCE = 1000.0      # mm
-OFF_MM = 0.01               # mm, that the holder keeps the tool up before the operator is asked to look
+LEAST_TOLERANCE = 1e-3  # mm
+CELLS = 0.01, 10.0  # mm: of the stock's map
+MAX_ALLOWANCE = 1000.0  # mm
+OFF_MM = 0.01  # mm, that the holder keeps the tool up before the operator is asked to look
 MOST_TRACKS = 20_000
-LEAST_SCALLOP = 1e-3        # mm
-LEAST_STOCK = 0.05          # mm: a level leaves what reaches no more than this above it
-LINK_MOVES = 8              # of a link, about
-_SHARE = 0.85               # of the progress, until the links are planned
+LEAST_SCALLOP = 1e-3  # mm
+LEAST_STOCK = 0.05  # mm: a level leaves what reaches no more than this above it
+LINK_MOVES = 8  # of a link, about
+_SHARE = 0.85  # of the progress, until the links are planned
 
 
 @dataclass(frozen=True)
@@ -52,11 +54,13 @@ class SurfaceRequest:
     link         P: 0 over the clearance plane, 1 the lowest safe link, 2 zigzag
     climb        one-way cuts have the stock on their right
     tolerance    how far the path may be above the lowest one
-    stock_top    nothing is above it; None: the clearance plane, for all that is known, or with stock_is_model the top of the model
+    stock_top    nothing is above it; None: the clearance plane, for all that is known, or with stock_is_model the top
+                 of the model
     cell         of the stock's map
     margin       how far the tool's centre goes beyond the model in X and Y
     depth        largest depth of a level; None: one level
-    least        only where the stock reaches more than this above what the tool leaves; None: LEAST_STOCK in levels, else everywhere
+    least        only where the stock reaches more than this above what the tool leaves; None: LEAST_STOCK in levels,
+                 else everywhere
     arcs         cuts along X or Y may have arcs of G18 and G19
     ramp_angle   degrees, into full stock of a level
     traverse_clearance  mm that a rapid keeps from stock at its side
@@ -113,7 +117,7 @@ class SurfacePlan(CyclePlan):
     beyond_flutes: bool = False
 
 
-CLEAR_MM = 5.0              # of the clearance plane above model and stock, if nobody says it
+CLEAR_MM = 5.0  # of the clearance plane above model and stock, if nobody says it
 
 
 def check(r):
@@ -122,7 +126,9 @@ def check(r):
         raise CycleError("tool diameter {d} is not above 0 mm", "load a tool with a diameter", d=r.tool.diameter)
     check_step("step-over", "D", r.step, r.tool.diameter)
     if not 0 <= r.allowance <= MAX_ALLOWANCE:
-        raise CycleError("allowance I{i} is not from 0 to {most}", "use I of 0 or more", i=r.allowance, most=MAX_ALLOWANCE)
+        raise CycleError(
+            "allowance I{i} is not from 0 to {most}", "use I of 0 or more", i=r.allowance, most=MAX_ALLOWANCE
+        )
     if r.relief < 0:
         raise CycleError("tool relief K{k} is negative", "use K of 0 or more", k=r.relief)
     if r.link not in (PICK_FEED, LOWEST, ZIGZAG):
@@ -130,9 +136,17 @@ def check(r):
     if r.direction != int(r.direction) or abs(r.direction) > 360:
         raise CycleError(f"direction L{r.direction:g} is not a whole number of degrees from -360 to 360", "correct L")
     if not LEAST_TOLERANCE <= r.tolerance <= 1:
-        raise CycleError("tolerance {t} is not from {least} to {most}", "correct the tolerance", t=r.tolerance, least=LEAST_TOLERANCE, most=1.0)
+        raise CycleError(
+            "tolerance {t} is not from {least} to {most}",
+            "correct the tolerance",
+            t=r.tolerance,
+            least=LEAST_TOLERANCE,
+            most=1.0,
+        )
     if not CELLS[0] <= r.cell <= CELLS[1]:
-        raise CycleError("cell {c} is not from {least} to {most}", "correct --cell", c=r.cell, least=CELLS[0], most=CELLS[1])
+        raise CycleError(
+            "cell {c} is not from {least} to {most}", "correct --cell", c=r.cell, least=CELLS[0], most=CELLS[1]
+        )
     if r.depth is not None and not r.depth > 0:
         raise CycleError("depth of a level {j} is not above 0", "use a depth above 0", j=r.depth)
     if r.scallop is not None and not r.scallop > 0:
@@ -169,17 +183,39 @@ def _planned(r, box, progress=None):
     check_moves(sum(cut.moves for cut in cuts) + LINK_MOVES * len(cuts), r, "use a larger D or tolerance")
     stock = _stock_before(r, box)
     ridge = max(scallop.unseen(one.tool, one.step, stock.cell) for one in (*r.earlier, r))
-    driver = Driver(r, heights.clearance, Obstacles(probe, r.tool, stock, ridge, r.traverse_clearance), probe, model.low[:2] - r.margin, model.high[:2] + r.margin)
+    driver = Driver(
+        r,
+        heights.clearance,
+        Obstacles(probe, r.tool, stock, ridge, r.traverse_clearance),
+        probe,
+        model.low[:2] - r.margin,
+        model.high[:2] + r.margin,
+    )
     count = _follow(driver, r, tracks, cuts, lambda share: said(_SHARE + (1 - _SHARE) * share))
     moves = driver.moves()
-    notes = tuple(Note(text, {}) for text in model.notes) + _holder_notes(probe, cuts) + _stock_notes(driver, r.flute_length)
+    notes = (
+        tuple(Note(text, {}) for text in model.notes)
+        + _holder_notes(probe, cuts)
+        + _stock_notes(driver, r.flute_length)
+    )
     if not count:
-        notes += (Note("the stock is nowhere more than {l} above what this tool leaves: nothing is cut", {"l": _least(r)}),)
+        notes += (
+            Note("the stock is nowhere more than {l} above what this tool leaves: nothing is cut", {"l": _least(r)}),
+        )
     figures = dict(cuts=count, sampled=sampled, moves=len(moves))
     first = driver.first or tuple(cuts[0].points[0, :2].tolist())
-    return SurfacePlan(moves, notes, partial(Report, "surface", figures), count, sampled,
-                       tuple(model.low.tolist()), tuple(model.high.tolist()), heights.clearance, first,
-                       0 < r.flute_length < driver.deepest - OFF_MM), stock.height
+    return SurfacePlan(
+        moves,
+        notes,
+        partial(Report, "surface", figures),
+        count,
+        sampled,
+        tuple(model.low.tolist()),
+        tuple(model.high.tolist()),
+        heights.clearance,
+        first,
+        0 < r.flute_length < driver.deepest - OFF_MM,
+    ), stock.height
 
 
 # ---- heights and stock -------------------------------------------------------------------------------------------
@@ -201,15 +237,26 @@ def _heights(r, model):
     stock_top = top if r.stock_top is None and r.stock_is_model else r.stock_top
     clearance = max(top, top if stock_top is None else stock_top) + CLEAR_MM if r.clearance is None else r.clearance
     if bottom >= clearance - EQUAL:
-        raise CycleError("final depth Z{z} is not below the clearance plane R{r}", "use Z below R or R above Z", z=bottom, r=clearance)
+        raise CycleError(
+            "final depth Z{z} is not below the clearance plane R{r}",
+            "use Z below R or R above Z",
+            z=bottom,
+            r=clearance,
+        )
     for what, height in (("model", top), ("stock", stock_top)):
         if height is not None and clearance < height - EQUAL:
-            raise CycleError(f"clearance plane R{{r}} is below the top of the {what} ({{top}})", "use R above {top}", r=clearance, top=height)
+            raise CycleError(
+                f"clearance plane R{{r}} is below the top of the {what} ({{top}})",
+                "use R above {top}",
+                r=clearance,
+                top=height,
+            )
     return _Heights(bottom, clearance, clearance if stock_top is None else stock_top)
 
 
 def _box(r):
-    """The box of the stock: that of the cuts of a request and those before it, with the tools about them -> ((3,), (3,)) mm."""
+    """The box of the stock: that of the cuts of a request and those before it, with the tools about them -> ((3,),
+    (3,)) mm."""
     low, high = [], []
     for one in (*r.earlier, r):
         model, more = _model(one.file, one.stamp, one.placing), one.margin + one.tool.diameter
@@ -241,13 +288,19 @@ def _tracks(r, model, probe):
     """The cuts as tracks seen from above; of a zigzag over all of the model with the links between them."""
     low, high = model.low[:2] - r.margin, model.high[:2] + r.margin
     if raster.count_of(low, high, r.direction, r.step) > MOST_TRACKS:
-        raise CycleError(f"step-over D{{d}} needs more than {MOST_TRACKS} cuts side by side", "use a larger D", d=r.step)
+        raise CycleError(
+            f"step-over D{{d}} needs more than {MOST_TRACKS} cuts side by side", "use a larger D", d=r.step
+        )
     if r.scallop is None:
         across = raster.evenly(low, high, r.direction, r.step)
     else:
         across = scallop.across(probe, r.tool, low, high, r.direction, r.step, r.scallop - _tolerance(r), MOST_TRACKS)
         if across is None:
-            raise CycleError(f"a scallop of {{h}} needs more than {MOST_TRACKS} cuts side by side", "use a larger scallop", h=r.scallop)
+            raise CycleError(
+                f"a scallop of {{h}} needs more than {MOST_TRACKS} cuts side by side",
+                "use a larger scallop",
+                h=r.scallop,
+            )
     tracks = raster.parallel(low, high, r.direction, across, r.climb)
     if r.link != ZIGZAG:
         return tracks
@@ -293,7 +346,8 @@ def _levels(r, cuts, stock):
 
 
 def _wanted(driver, r, tracks, cuts, level):
-    """The Segments of a level in the order they are cut: looked for track by track in a stock that each of them is taken out of."""
+    """The Segments of a level in the order they are cut: looked for track by track in a stock that each of
+    them is taken out of."""
     obstacles, stock, found = driver.obstacles, driver.obstacles.stock, []
     before = stock.height.copy()
     direction = tracks.direction[0]
@@ -319,7 +373,12 @@ def _holder_notes(probe, cuts):
     if raised.max() <= OFF_MM:
         return ()
     x, y = points[int(raised.argmax()), :2]
-    return (Note("the holder keeps the tool up to {h} above the surface, most at X{x} Y{y}; use a longer tool", {"h": float(raised.max()), "x": x, "y": y}),)
+    return (
+        Note(
+            "the holder keeps the tool up to {h} above the surface, most at X{x} Y{y}; use a longer tool",
+            {"h": float(raised.max()), "x": x, "y": y},
+        ),
+    )
 
 
 def _stock_notes(driver, flute_length):
@@ -327,8 +386,18 @@ def _stock_notes(driver, flute_length):
     notes = ()
     if driver.held > OFF_MM:
         x, y = driver.held_at
-        notes += (Note("stock beside the holder keeps the tool up to {h} higher, most at X{x} Y{y}; rough there first, or use a longer tool",
-                       {"h": driver.held, "x": x, "y": y}),)
+        notes += (
+            Note(
+                "stock beside the holder keeps the tool up to {h} higher, most at X{x} Y{y}; rough there first, or use "
+                "a longer tool",
+                {"h": driver.held, "x": x, "y": y},
+            ),
+        )
     if 0 < flute_length < driver.deepest - OFF_MM:
-        notes += (Note("the cuts are up to {d} deep, the flutes are {f} long; rough in levels first", {"d": driver.deepest, "f": flute_length}),)
+        notes += (
+            Note(
+                "the cuts are up to {d} deep, the flutes are {f} long; rough in levels first",
+                {"d": driver.deepest, "f": flute_length},
+            ),
+        )
     return notes

@@ -2,10 +2,11 @@
 """The moves of a surface: cuts, the links between them, and the entry into full stock.
 
 Called by surface.py; mm.
-Source: the pick-feed abstract.  From the end Pe of a cut the tool goes up by the tool relief to Pa, to the foot Pb of Pa on the
-clearance plane, to the foot Pc of Pd on it, and to Pd, the tool relief above the start Ps of the next cut; then to Ps.
-Departs from it: Pa and Pd are not above the clearance plane; Pd is above the stock as it has been cut so far, if that is higher.
-Into full stock of a level the tool goes by ramps over the beginning of the cut, the last of them back to Ps.
+Source: the pick-feed abstract.  From the end Pe of a cut the tool goes up by the tool relief to Pa, to the foot Pb of
+Pa on the clearance plane, to the foot Pc of Pd on it, and to Pd, the tool relief above the start Ps of the next cut;
+then to Ps.  Departs from it: Pa and Pd are not above the clearance plane; Pd is above the stock as it has been cut so
+far, if that is higher.  Into full stock of a level the tool goes by ramps over the beginning of the cut, the last of
+them back to Ps.
 """
 
 import math
@@ -23,13 +24,16 @@ from chipwise.surface.quickest_link import Terms, quickest_link, lead_in
 from chipwise.surface.raster import direction_of
 
 PICK_FEED, LOWEST, ZIGZAG = 0, 1, 2
-BLEND, BLEND_CELLS = 0.7, 4.0      # the corners of a link are rounded by so much of the relief, at most by so many cells of the stock's map
-MINUTE, TURNS = 1 / 60, 10.0        # mm/s of a feed of 1: a minute, and a revolution at 600 1/min
-REST_MOVES = 10_000         # of a zigzag without a place to rest (lines.MOST_MOVES)
+BLEND, BLEND_CELLS = (
+    0.7,
+    4.0,
+)  # the corners of a link are rounded by so much of the relief, at most by so many cells of the stock's map
+MINUTE, TURNS = 1 / 60, 10.0  # mm/s of a feed of 1: a minute, and a revolution at 600 1/min
+REST_MOVES = 10_000  # of a zigzag without a place to rest (lines.MOST_MOVES)
 LIFT_MM = 0.1
-SHALLOW = 0.1               # mm of stock into which the tool goes straight down, also in a level
-MOST_RAMPS = 40             # back and forth; over a cut that is shorter than that asks for they are steeper
-NEXT_STEPS = 2.0            # step-overs: to a start as near as this a zigzag stays down
+SHALLOW = 0.1  # mm of stock into which the tool goes straight down, also in a level
+MOST_RAMPS = 40  # back and forth; over a cut that is shorter than that asks for they are steeper
+NEXT_STEPS = 2.0  # step-overs: to a start as near as this a zigzag stays down
 
 
 class Driver:
@@ -44,10 +48,24 @@ class Driver:
     def __init__(self, request, clearance, obstacles, probe, low, high):
         self.request, self.clearance, self.obstacles, self.probe = request, clearance, obstacles, probe
         self.mover, self.rested, self.first, self.last = None, 0, None, None
-        self.held, self.held_at, self.deepest = 0.0, (0.0, 0.0), 0.0       # how far, and where, stock has kept the holder up; how deep a cut is
+        self.held, self.held_at, self.deepest = (
+            0.0,
+            (0.0, 0.0),
+            0.0,
+        )  # how far, and where, stock has kept the holder up; how deep a cut is
         across, along = direction_of(request.direction)
-        self.terms = Terms(request.relief, clearance, min(BLEND * request.relief, BLEND_CELLS * obstacles.stock.cell), (-along, across), request.step, request.feed,
-                           request.plunge_feed, MINUTE if request.feed_per == "min" else TURNS, low, high)
+        self.terms = Terms(
+            request.relief,
+            clearance,
+            min(BLEND * request.relief, BLEND_CELLS * obstacles.stock.cell),
+            (-along, across),
+            request.step,
+            request.feed,
+            request.plunge_feed,
+            MINUTE if request.feed_per == "min" else TURNS,
+            low,
+            high,
+        )
 
     def add(self, cut):
         """To the start of a cut, surface.curve.Curve, and along it."""
@@ -63,7 +81,8 @@ class Driver:
         self._follow(cut)
 
     def add_segment(self, curve, level):
-        """As add() for a part of a cut that is not lower than `level` (mm, or None): it may be anywhere in the stock."""
+        """As add() for a part of a cut that is not lower than `level` (mm, or None): it may be anywhere in the
+        stock."""
         curve = self.held_up(curve)
         cut = curve.points
         entry = self._from_the_side(cut, level)
@@ -144,22 +163,29 @@ class Driver:
             self.mover.at = tuple(start)
 
     def _stay_down(self, cut, level):
-        """With P2, over the surface to a start that is a step away, or as near as a gap that is cut through; whether it did."""
+        """With P2, over the surface to a start that is a step away, or as near as a gap that is cut through; whether it
+        did."""
         end, start = np.array(self.mover.at), cut[0]
         near = max(NEXT_STEPS * self.request.step, BRIDGE if level is None else 0.0)
         if self.request.link != ZIGZAG or math.dist(end[:2], start[:2]) > near:
             return False
         path = self._across(end, start, level)
-        if level is None and np.linalg.norm(np.diff(path, axis=0), axis=1).sum() > near:     # over a wall
+        if level is None and np.linalg.norm(np.diff(path, axis=0), axis=1).sum() > near:  # over a wall
             return False
         self._rest()
         self._along(path, self.request.feed)
         return True
 
     def _across(self, start, end, level):
-        """The chain (k, 3) over the surface from a point (3,) to another one, not lower than `level`, nor than the line between them:
-        what two cuts leave between them may be deeper than a level."""
-        (curve,), _sampled = raster.chains(self.probe, raster.between(start[None, :2], end[None, :2]), self.request.tool, self.request.tolerance, arcs=False)
+        """The chain (k, 3) over the surface from a point (3,) to another one, not lower than `level`, nor than the line
+        between them:  what two cuts leave between them may be deeper than a level."""
+        (curve,), _sampled = raster.chains(
+            self.probe,
+            raster.between(start[None, :2], end[None, :2]),
+            self.request.tool,
+            self.request.tolerance,
+            arcs=False,
+        )
         chain = curve.points
         if level is not None:
             chain = clipped(curve, level).points
@@ -168,7 +194,8 @@ class Driver:
         return np.concatenate([start[None], self.held_up(Curve.straight(chain)).points, end[None]])
 
     def _rest(self):
-        """Up by the relief and down again, in a long zigzag: the task serves nobody between two places where the tool may rest."""
+        """Up by the relief and down again, in a long zigzag: the task serves nobody between two places where the tool
+        may rest."""
         if len(self.mover.moves) - self.rested <= REST_MOVES:
             return
         self.rested = len(self.mover.moves)
@@ -186,17 +213,25 @@ class Driver:
             mover.plunge(start[2])
 
     def _from_the_side(self, cut, level):
-        """The path (k, 3) into the start of a cut from the one before, which is a step away and free of stock; None if it is not."""
+        """The path (k, 3) into the start of a cut from the one before, which is a step away and free of stock; None if
+        it is not."""
         if self.request.depth is None or self.last is None:
             return None
         beside = _nearest(self.last, cut[0])
-        if math.dist(beside[:2], cut[0][:2]) > NEXT_STEPS * self.request.step or not self.obstacles.is_free(beside, SHALLOW):
+        if math.dist(beside[:2], cut[0][:2]) > NEXT_STEPS * self.request.step or not self.obstacles.is_free(
+            beside, SHALLOW
+        ):
             return None
         path = self._across(beside, cut[0], level)
-        return path if self.obstacles.deepest(_along(path, self.request.tool.diameter / 8)) <= self.request.depth + SHALLOW else None
+        return (
+            path
+            if self.obstacles.deepest(_along(path, self.request.tool.diameter / 8)) <= self.request.depth + SHALLOW
+            else None
+        )
 
     def _ramp(self, cut):
-        """The ramps (k, 3) down to the start of a cut in a level, or the start alone: over the beginning of the cut, above it all along."""
+        """The ramps (k, 3) down to the start of a cut in a level, or the start alone: over the beginning of the cut,
+        above it all along."""
         r = self.request
         far = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(cut[:, :2], axis=0).T))])
         if r.depth is None or far[-1] < SHALLOW or self.obstacles.is_free(cut[0], SHALLOW):
@@ -233,7 +268,8 @@ def _beginning(cut, far, length):
 
 
 def _ramps(chain, depth, slope):
-    """Back and forth over a chain (k, 3), from `depth` above it evenly down to its start; the last pass leads back to it."""
+    """Back and forth over a chain (k, 3), from `depth` above it evenly down to its start; the last pass leads back to
+    it."""
     far = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(chain[:, :2], axis=0).T))])
     count = min(max(1, math.ceil(depth / slope / far[-1] - 1e-6)), MOST_RAMPS)
     found = []

@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Heights of a model from the ball centres of a trace.
 
-Called by cli/digitise.py.  The model is below every ball that has touched it: the height at a point is the lowest surface of all
-balls above it.  That compensates for the ball without a normal.  Between two lines it is high by the scallop, and in a corner narrower
-than the ball by what the ball cannot reach.
+Called by cli/digitise.py.  The model is below every ball that has touched it: the height at a point is the lowest
+surface of all balls above it.  That compensates for the ball without a normal.  Between two lines it is high by the
+scallop, and in a corner narrower than the ball by what the ball cannot reach.
 
-The lowest of many has the lowest noise.  So the third lowest counts, as far as the noise of the trace can be the reason for its distance
-from the lowest: the map is below the model by at most three standard deviations over the cosine of the slope.  Cells at the rim that
-only the flank of a ball has passed are not known (rim.py).
+The lowest of many has the lowest noise.  So the third lowest counts, as far as the noise of the trace can be the reason
+for its distance from the lowest: the map is below the model by at most three standard deviations over the cosine of the
+slope.  Cells at the rim that only the flank of a ball has passed are not known (rim.py).
 """
+
 from __future__ import annotations
 
 import math
@@ -22,15 +23,16 @@ from chipwise.clib import core, layout
 from chipwise.stock import store
 
 MOST_CELLS = 20_000_000
-MOST_WORK = 2e10        # points x cells under a ball: a few minutes
-LOWEST = 3              # of so many balls the highest counts, within
-BAND = 6.0              # standard deviations of the noise from the lowest
-AIR_MM = 1.0            # of the box above the highest point
+MOST_WORK = 2e10  # points x cells under a ball: a few minutes
+LOWEST = 3  # of so many balls the highest counts, within
+BAND = 6.0  # standard deviations of the noise from the lowest
+AIR_MM = 1.0  # of the box above the highest point
 
 
 @dataclass(frozen=True)
 class HeightMap:
     """heights (ny, nx) mm at the cells' middles, NaN where no ball was; x0, y0 mm: the corner; cell mm."""
+
     heights: np.ndarray
     x0: float
     y0: float
@@ -38,7 +40,8 @@ class HeightMap:
 
 
 def noise(centres: np.ndarray) -> float:
-    """Standard deviation of the noise along an axis, mm: from second differences of neighbours, which a smooth path has not."""
+    """Standard deviation of the noise along an axis, mm: from second differences of neighbours, which a smooth path has
+    not."""
     if len(centres) < 20:
         return 0.0
     bend = np.abs(np.diff(centres, n=2, axis=0))
@@ -60,13 +63,16 @@ def _lowest(bottom: np.ndarray, first: np.ndarray, group: np.ndarray) -> tuple[n
 
 
 def envelope(centres: np.ndarray, radius: float, cell: float) -> HeightMap:
-    """The lowest surface of balls of `radius` (mm) round `centres` (n, 3), in their order.  Raises CycleError if it is too much."""
+    """The lowest surface of balls of `radius` (mm) round `centres` (n, 3), in their order.  Raises CycleError if it is
+    too much."""
     low = np.floor(centres[:, :2].min(axis=0) / cell) * cell
     count = np.maximum(1, np.ceil((centres[:, :2].max(axis=0) - low) / cell - 1e-9)).astype(np.int64)
     reach = math.ceil(radius / cell)
     if count.prod() > MOST_CELLS or len(centres) * (2.0 * reach + 1.0) ** 2 > MOST_WORK:
-        raise CycleError(f"a cell of {cell:g} mm is too small for {len(centres)} points on {count[0]} x {count[1]} cells",
-                         "use a larger --cell")
+        raise CycleError(
+            f"a cell of {cell:g} mm is too small for {len(centres)} points on {count[0]} x {count[1]} cells",
+            "use a larger --cell",
+        )
     band = BAND * noise(centres)
     place = np.minimum(np.floor((centres[:, :2] - low) / cell).astype(np.int64), count - 1)
     order = np.lexsort((place[:, 0], place[:, 1]))
@@ -82,18 +88,29 @@ def envelope(centres: np.ndarray, radius: float, cell: float) -> HeightMap:
             inside = ((target >= 0) & (target < count)).all(axis=1)
             middle = (place + (dx + 0.5, dy + 0.5)) * cell + low
             off = np.square(middle - centres[:, :2]).sum(axis=1)
-            bottom = np.where(off < radius * radius, centres[:, 2] - np.sqrt(np.maximum(radius * radius - off, 0.0)), np.inf)
+            bottom = np.where(
+                off < radius * radius, centres[:, 2] - np.sqrt(np.maximum(radius * radius - off, 0.0)), np.inf
+            )
             lowest, index = _lowest(bottom, first, group)
             x, y = target[inside].T
             wins = lowest[0, inside] < heights[0, y, x]
             winner[y[wins], x[wins]] = index[inside][wins]
             heights[:, y, x] = np.sort(np.concatenate([heights[:, y, x], lowest[:, inside]]), axis=0)[:LOWEST]
-    return HeightMap(_known(heights, winner, centres, place, (low, count), (radius, cell, band)), float(low[0]), float(low[1]), cell)
+    return HeightMap(
+        _known(heights, winner, centres, place, (low, count), (radius, cell, band)), float(low[0]), float(low[1]), cell
+    )
 
 
-def _known(heights: np.ndarray, winner: np.ndarray, centres: np.ndarray, place: np.ndarray, box: tuple[np.ndarray, np.ndarray],
-           sizes: tuple[float, float, float]) -> np.ndarray:
-    """The heights (ny, nx) of the lowest ones (LOWEST, ny, nx) and the balls that made them; NaN where no ball has touched."""
+def _known(
+    heights: np.ndarray,
+    winner: np.ndarray,
+    centres: np.ndarray,
+    place: np.ndarray,
+    box: tuple[np.ndarray, np.ndarray],
+    sizes: tuple[float, float, float],
+) -> np.ndarray:
+    """The heights (ny, nx) of the lowest ones (LOWEST, ny, nx) and the balls that made them; NaN where no ball has
+    touched."""
     (low, count), (radius, cell, band) = box, sizes
     with np.errstate(invalid="ignore"):
         near = heights - heights[0] <= band
@@ -107,12 +124,16 @@ def _known(heights: np.ndarray, winner: np.ndarray, centres: np.ndarray, place: 
 
 
 def as_stock(model: HeightMap, floor: float) -> tuple[store.Head, np.ndarray]:
-    """A stock (stock/store.py) whose top is the model: from `floor` (mm) up; where no ball was it is as high as the box.
+    """A stock (stock/store.py) whose top is the model: from `floor` (mm) up; where no ball was it is as high as the
+    box.
 
     Raises CycleError if the floor is not below the model."""
     top = float(np.nanmax(model.heights)) + AIR_MM
     if not floor < np.nanmin(model.heights):
-        raise CycleError(f"the floor {floor:g} mm is not below the lowest point {np.nanmin(model.heights):.3f} mm", "use a lower --floor")
+        raise CycleError(
+            f"the floor {floor:g} mm is not below the lowest point {np.nanmin(model.heights):.3f} mm",
+            "use a lower --floor",
+        )
     ny, nx = model.heights.shape
     low, high = (model.x0, model.y0, floor), (model.x0 + nx * model.cell, model.y0 + ny * model.cell, top)
     try:
@@ -123,6 +144,6 @@ def as_stock(model: HeightMap, floor: float) -> tuple[store.Head, np.ndarray]:
     if (head.nx, head.ny) != (nx, ny):
         raise CycleError(f"cells of {model.cell:g} mm do not divide the map evenly", "use another --cell")
     stock.cells["top"] = np.where(np.isnan(model.heights), np.float32(top), model.heights.astype(np.float32))
-    removed = float(np.sum(top - stock.cells["top"].astype(float))) * model.cell ** 2
+    removed = float(np.sum(top - stock.cells["top"].astype(float))) * model.cell**2
     found = store.Head(model.cell, low, high, layout.StockShape.BOX, nx, ny, removed, (head.half_x, head.half_y), 0.0)
     return found, stock.cells_and_ring.copy()

@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A program that repeats a trace: a ball tool as large as the stylus follows the ball centres.
 
-Called by cli/digitise.py.  Points are left out as long as the path stays within the chord error (Douglas and Peucker's rule).  An
-allowance raises the path along Z, which never cuts into the model.  Lines are joined over the clearance plane.
+Called by cli/digitise.py.  Points are left out as long as the path stays within the chord error (Douglas and Peucker's
+rule).  An allowance raises the path along Z, which never cuts into the model.  Lines are joined over the clearance
+plane.
 """
+
 from __future__ import annotations
 
 import numpy as np
 
-DIGITS = 4          # of a coordinate in mm
+DIGITS = 4  # of a coordinate in mm
 
 
 def thinned(points: np.ndarray, chord: float) -> np.ndarray:
@@ -20,7 +22,7 @@ def thinned(points: np.ndarray, chord: float) -> np.ndarray:
         a, b = parts.pop()
         if b - a < 2:
             continue
-        along, rest = points[b] - points[a], points[a + 1:b] - points[a]
+        along, rest = points[b] - points[a], points[a + 1 : b] - points[a]
         share = np.clip(rest @ along / max(float(along @ along), 1e-18), 0.0, 1.0)
         off = np.linalg.norm(rest - share[:, None] * along, axis=1)
         worst = int(np.argmax(off))
@@ -48,8 +50,13 @@ def program(paths: list[np.ndarray], radius: float, allowance: float, clearance:
     clearance: above the highest tip, mm; feed: mm/min."""
     tips = [path - (0.0, 0.0, radius - allowance) for path in paths]
     plane = max(float(tip[:, 2].max()) for tip in tips) + clearance
-    text = [f"(chipwise digitise: {name})", f"(ball tool of diameter {2 * radius:g} mm, allowance {allowance:g} mm)",
-            "G21 G90 G94 G17 G40 G64 P0.001", f"F{feed:g}", f"G0 Z{plane:.{DIGITS}f}"]
+    text = [
+        f"(chipwise digitise: {name})",
+        f"(ball tool of diameter {2 * radius:g} mm, allowance {allowance:g} mm)",
+        "G21 G90 G94 G17 G40 G64 P0.001",
+        f"F{feed:g}",
+        f"G0 Z{plane:.{DIGITS}f}",
+    ]
     for tip in tips:
         text += [f"G0 X{tip[0, 0]:.{DIGITS}f} Y{tip[0, 1]:.{DIGITS}f}"]
         text += [f"G1 {_words(point)}" for point in tip]

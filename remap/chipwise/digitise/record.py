@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The log of a trace, as LinuxCNC's halsampler writes it.
 
-Called by cli/digitise.py.  A row is `in-contact ball-x ball-y ball-z` of tracer.comp, one period each, with the number of the
-sample before it or not (halsampler -t); `overrun` between rows says that samples are missing.
+Called by cli/digitise.py.  A row is `in-contact ball-x ball-y ball-z` of tracer.comp, one period each, with the number
+of the sample before it or not (halsampler -t); `overrun` between rows says that samples are missing.
 """
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -15,12 +16,13 @@ from chipwise.host.files import read_bytes
 
 MOST_BYTES = 1 << 30
 MOST_MM = 1e6
-GAP_MM = 1.0            # neighbours further apart are not joined
+GAP_MM = 1.0  # neighbours further apart are not joined
 
 
 @dataclass(frozen=True)
 class Record:
     """Centres of the ball in contact, (n, 3) mm, in their order; `start` (n,) bool: not joined with the one before."""
+
     centres: np.ndarray
     start: np.ndarray
     rows: int
@@ -36,7 +38,10 @@ def _numbers(line: bytes, number: int) -> list[float]:
         found = []
     if len(found) not in (4, 5):
         text = line[:40].decode("ascii", "backslashreplace")
-        raise CycleError(f"line {number} is not in-contact, ball-x, ball-y, ball-z but '{text}'", "sample these four pins with cfg=bfff")
+        raise CycleError(
+            f"line {number} is not in-contact, ball-x, ball-y, ball-z but '{text}'",
+            "sample these four pins with cfg=bfff",
+        )
     return found[-4:]
 
 

@@ -1,17 +1,18 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Cells at the rim of a trace that no ball has touched, but the flank of the last one is above.
 
-Called by height_map.py.  Along each axis the outermost balls of a trace have a neighbour on one side only.  Their slope to it is that
-of the surface, so the ball touches the model at the offset -radius x normal from its centre.  A cell that lies further out than
-that has been passed by the flank only: there the map would be high by up to the radius.
+Called by height_map.py.  Along each axis the outermost balls of a trace have a neighbour on one side only.  Their slope
+to it is that of the surface, so the ball touches the model at the offset -radius x normal from its centre.  A cell that
+lies further out than that has been passed by the flank only: there the map would be high by up to the radius.
 """
+
 from __future__ import annotations
 
 import numpy as np
 
-STEP = 0.1          # of the radius: neighbours nearer than that show noise for a slope
-SLACK = 0.05        # of the radius, for the noise of the slope
-BENDS = 0.1         # of the distance of the neighbour: the slope is that of the middle between them
+STEP = 0.1  # of the radius: neighbours nearer than that show noise for a slope
+SLACK = 0.05  # of the radius, for the noise of the slope
+BENDS = 0.1  # of the distance of the neighbour: the slope is that of the middle between them
 
 
 def _between_lines(centre: np.ndarray) -> np.ndarray:
@@ -36,11 +37,11 @@ def _neighbour(known: np.ndarray, step: int) -> np.ndarray:
 def _beyond(centre: np.ndarray, offset: np.ndarray, winner: np.ndarray, radius: float, cell: float) -> np.ndarray:
     """Cells beyond the contact of a ball that has no neighbour before it along the rows.
 
-    centre: (n, m, 2) mean place along the rows and height of the balls of a cell, NaN without any; offset: (k,) of cells from the
-    centres of the balls that made them, along the rows; winner: (k, 2) cell of these balls."""
+    centre: (n, m, 2) mean place along the rows and height of the balls of a cell, NaN without any; offset: (k,) of
+    cells from the centres of the balls that made them, along the rows; winner: (k, 2) cell of these balls."""
     centre = _between_lines(centre)
     known = np.isfinite(centre[..., 1])
-    step = max(2, round(STEP * radius / cell))      # a line may be in two cells
+    step = max(2, round(STEP * radius / cell))  # a line may be in two cells
     before = _neighbour(known, step)
     behind = len(known) - 1 - _neighbour(known[::-1], step)[::-1]
     i, j = winner.T
@@ -54,11 +55,19 @@ def _beyond(centre: np.ndarray, offset: np.ndarray, winner: np.ndarray, radius: 
         return has & (offset < contact - (0.25 * cell + SLACK * radius + BENDS * apart))
 
 
-def flanks(centres: np.ndarray, place: np.ndarray, winner: np.ndarray, middles: np.ndarray, count: np.ndarray, radius: float, cell: float) -> np.ndarray:
+def flanks(
+    centres: np.ndarray,
+    place: np.ndarray,
+    winner: np.ndarray,
+    middles: np.ndarray,
+    count: np.ndarray,
+    radius: float,
+    cell: float,
+) -> np.ndarray:
     """(k,) bool: cells that only a flank has passed.
 
-    centres (n, 3) mm with their cells `place` (n, 2); winner (k,): the ball that made a cell; middles (k, 2) of the cells, mm; count:
-    cells along X and Y."""
+    centres (n, 3) mm with their cells `place` (n, 2); winner (k,): the ball that made a cell; middles (k, 2) of the
+    cells, mm; count:  cells along X and Y."""
     sums = np.zeros((4, count[0], count[1]))
     for row, values in zip(sums, (np.ones(len(centres)), *centres.T)):
         np.add.at(row, tuple(place.T), values)

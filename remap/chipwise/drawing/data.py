@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What `chipwise contour` prints and draws: the contours of a sub, the centre path and rough shape of a tool, inaccessible regions.
+"""What `chipwise contour` prints and draws: the contours of a sub, the centre path and rough shape of a tool,
+inaccessible regions.
 
 Called by cli/contour.py; the picture is contour.py's.
 """
@@ -19,7 +20,7 @@ from chipwise.geometry.offset.kernel import LEFT, RIGHT, OffsetResult, make_pock
 from chipwise.geometry.pocket import nesting
 from chipwise.geometry.pocket.meeting import MeetingResult, offset_meeting
 
-GRIDS = (12, 60)            # points in each direction among which the middle of a region is sought; the finer one if needed
+GRIDS = (12, 60)  # points in each direction among which the middle of a region is sought; the finer one if needed
 
 
 def wrong(problem, remedy):
@@ -58,22 +59,27 @@ class Drawing:
 def offset(shape, contours, side, tool):
     """(OffsetResult, side of the tool as text)."""
     if side and len(contours) > 1:
-        raise wrong(f'--side {side} and a sub of {len(contours)} contours: the tool is inside the pockets and outside of '
-                    'their islands', 'leave --side out')
+        raise wrong(
+            f"--side {side} and a sub of {len(contours)} contours: the tool is inside the pockets and outside of "
+            "their islands",
+            "leave --side out",
+        )
     try:
         if len(contours) > 1:
-            pockets, where = nesting.sort(contours, shape.close_gap).pockets, 'inside, islands outside'
+            pockets, where = nesting.sort(contours, shape.close_gap).pockets, "inside, islands outside"
             result = _joined([_offset_pocket(boundary, islands, 0.5 * tool) for boundary, islands in pockets])
-            where += f', {len(pockets)} pockets' if len(pockets) > 1 else ''
+            where += f", {len(pockets)} pockets" if len(pockets) > 1 else ""
         else:
-            left = side != '42'
+            left = side != "42"
             result = offset_contour(contours[0], LEFT if left else RIGHT, 0.5 * tool)
-            where = f'{"left" if left else "right"} ({41 if left else 42})' + inside(contours[0], left)
+            where = f"{'left' if left else 'right'} ({41 if left else 42})" + inside(contours[0], left)
     except ContourError as error:
         raise shape_error(shape, error) from error
     if result.loose:
-        raise CycleError(f'sub O{shape.sub}: the centre path has {result.loose} open ends, an error of chipwise',
-                         'report it with the program')
+        raise CycleError(
+            f"sub O{shape.sub}: the centre path has {result.loose} open ends, an error of chipwise",
+            "report it with the program",
+        )
     return result, where
 
 
@@ -87,15 +93,18 @@ def _joined(results):
     """One result of those of several pockets."""
     if len(results) == 1:
         return results[0]
-    paths, missed, rough = (tuple(part for result in results for part in getattr(result, name)) for name in ('paths', 'inaccessible', 'rough'))
+    paths, missed, rough = (
+        tuple(part for result in results for part in getattr(result, name))
+        for name in ("paths", "inaccessible", "rough")
+    )
     return MeetingResult(paths, missed, rough, sum(result.loose for result in results))
 
 
 def inside(contour, left):
     """Which side of a closed contour that is."""
     if not contour.closed:
-        return ''
-    return ', inside' if (elements.area(contour.elements) > 0.0) == left else ', outside'
+        return ""
+    return ", inside" if (elements.area(contour.elements) > 0.0) == left else ", outside"
 
 
 def middle(region):
@@ -114,5 +123,5 @@ def middle(region):
             for k in range(len(edges)):
                 np.minimum(gap, elements.distances(edges, np.full(len(point), k), point), out=gap)
             return tuple(point[int(np.argmax(gap))].tolist())
-    longest = int(np.argmax(elements.lengths(e)))       # too narrow for any grid: the middle of its longest element
+    longest = int(np.argmax(elements.lengths(e)))  # too narrow for any grid: the middle of its longest element
     return tuple(elements.point_at(e, np.array([longest]), np.array([0.5]))[0].tolist())

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The picture of a typed line, as SVG: svg(planned, words, ..) -> text.  Called by cli/enter.py and the panel.
 
-From above: the contour of the sub, cuts, chop lines, traverses, where the tool plunges, the tool, the stock, the origin; beside it each word with its
-name, which shows how the line was understood.  The colours are those of the display items (panel/colours.py).  y points down in SVG, so
-y is turned over.  All numbers in the file are pixels.
+From above: the contour of the sub, cuts, chop lines, traverses, where the tool plunges, the tool, the stock, the
+origin; beside it each word with its name, which shows how the line was understood.  The colours are those of the
+display items (panel/colours.py).  y points down in SVG, so y is turned over.  All numbers in the file are pixels.
 """
 
 import math
@@ -13,14 +13,14 @@ import numpy as np
 
 from chipwise.errors import MM_PER_INCH, format_length, printable
 
-DRAWN_WIDTH, DRAWN_HEIGHT = 620.0, 560.0        # px of the drawing
-EDGE, HEAD, LINE = 24.0, 56.0, 19.0             # px round the drawing, of the title, of a line of text
-WORDS_WIDTH = 330.0                             # px of the words beside it
+DRAWN_WIDTH, DRAWN_HEIGHT = 620.0, 560.0  # px of the drawing
+EDGE, HEAD, LINE = 24.0, 56.0, 19.0  # px round the drawing, of the title, of a line of text
+WORDS_WIDTH = 330.0  # px of the words beside it
 NAME_LETTERS, TITLE_LETTERS = 40, 96
-LEAST_STEP = 0.5                                # px between two points of a run that are drawn
-MOST_POINTS = 200_000                           # of a picture
-FAR = 2.0                                       # the origin is drawn if the drawing gets no larger by it than so many times
-ORIGIN = 7.0                                    # px, half of its cross
+LEAST_STEP = 0.5  # px between two points of a run that are drawn
+MOST_POINTS = 200_000  # of a picture
+FAR = 2.0  # the origin is drawn if the drawing gets no larger by it than so many times
+ORIGIN = 7.0  # px, half of its cross
 
 
 def svg(planned, title, words, items, mode="light", translate=str):
@@ -29,18 +29,31 @@ def svg(planned, title, words, items, mode="light", translate=str):
     planned  entry/planned.py; title: of the code; words: ((letter, name, value as text), ..) of the line
     items    panel/colours.py: load(); mode: "light" or "dark"; translate: text -> text of the user's language
     """
+
     def colour(item):
         return items[item].colour(mode)
+
     view = _View(planned)
     width = EDGE + DRAWN_WIDTH + EDGE + WORDS_WIDTH
     height = HEAD + max(view.height, LINE * (len(words) + 10)) + 2 * EDGE
-    lines = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" viewBox="0 0 {width:.0f} {height:.0f}" '
-             'font-family="DejaVu Sans, sans-serif" font-size="13">', f'<title>{escape(printable(planned.line))}</title>',
-             f'<rect width="{width:.0f}" height="{height:.0f}" fill="{colour("background")}"/>',
-             _text(EDGE, 26, _clip(planned.line, TITLE_LETTERS), f'font-size="17" font-weight="bold" fill="{colour("text")}"'),
-             _text(EDGE, 46, f"{translate(title)}; {_tool(planned, translate)}", f'fill="{colour("text")}"')]
-    lines += [f'<clipPath id="drawing"><rect x="{EDGE / 2:.0f}" y="{HEAD:.0f}" width="{DRAWN_WIDTH + EDGE:.0f}" height="{height - HEAD:.0f}"/>'
-              '</clipPath><g clip-path="url(#drawing)">', *_drawing(planned, view, colour), "</g>"]
+    lines = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" viewBox="0 0 {width:.0f} '
+        f'{height:.0f}" '
+        'font-family="DejaVu Sans, sans-serif" font-size="13">',
+        f"<title>{escape(printable(planned.line))}</title>",
+        f'<rect width="{width:.0f}" height="{height:.0f}" fill="{colour("background")}"/>',
+        _text(
+            EDGE, 26, _clip(planned.line, TITLE_LETTERS), f'font-size="17" font-weight="bold" fill="{colour("text")}"'
+        ),
+        _text(EDGE, 46, f"{translate(title)}; {_tool(planned, translate)}", f'fill="{colour("text")}"'),
+    ]
+    lines += [
+        f'<clipPath id="drawing"><rect x="{EDGE / 2:.0f}" y="{HEAD:.0f}" width="{DRAWN_WIDTH + EDGE:.0f}" '
+        f'height="{height - HEAD:.0f}"/>'
+        '</clipPath><g clip-path="url(#drawing)">',
+        *_drawing(planned, view, colour),
+        "</g>",
+    ]
     lines += _words(planned, words, colour, items, translate)
     return "\n".join([*lines, "</svg>", ""])
 
@@ -58,7 +71,9 @@ class _View:
         points = points or [run.points[:, :2] for run in planned.runs] or [np.zeros((1, 2))]
         every = np.concatenate(points)
         size = every.max(axis=0) - every.min(axis=0)
-        self.origin = bool((np.maximum(every.max(axis=0), 0.0) - np.minimum(every.min(axis=0), 0.0)).max() <= FAR * size.max())
+        self.origin = bool(
+            (np.maximum(every.max(axis=0), 0.0) - np.minimum(every.min(axis=0), 0.0)).max() <= FAR * size.max()
+        )
         every = np.concatenate((every, np.zeros((1, 2)))) if self.origin else every
         radius = planned.diameter / 2
         self.low, self.high = every.min(axis=0) - radius, every.max(axis=0) + radius
@@ -70,7 +85,13 @@ class _View:
     def at(self, points):
         """(n, 2) or (n, 3) mm -> (n, 2) px."""
         xy = np.asarray(points, float)[:, :2]
-        return np.stack((self.left + (xy[:, 0] - self.low[0]) * self.scale, HEAD + EDGE / 2 + (self.high[1] - xy[:, 1]) * self.scale), axis=1)
+        return np.stack(
+            (
+                self.left + (xy[:, 0] - self.low[0]) * self.scale,
+                HEAD + EDGE / 2 + (self.high[1] - xy[:, 1]) * self.scale,
+            ),
+            axis=1,
+        )
 
     def data(self, points, closed=False):
         """The d of a path, without points that nobody could see."""
@@ -87,23 +108,34 @@ def _drawing(planned, view, colour):
     """Lines of the picture itself."""
     if planned.stock:
         (x0, y0), (x1, y1) = view.at([corner[:2] for corner in planned.stock])
-        yield (f'<rect x="{min(x0, x1):.2f}" y="{min(y0, y1):.2f}" width="{abs(x1 - x0):.2f}" height="{abs(y1 - y0):.2f}" '
-               f'fill="{colour("stock")}" fill-opacity="0.25" stroke="{colour("stock")}" stroke-width="1.5"/>')
+        yield (
+            f'<rect x="{min(x0, x1):.2f}" y="{min(y0, y1):.2f}" width="{abs(x1 - x0):.2f}" height="{abs(y1 - y0):.2f}" '
+            f'fill="{colour("stock")}" fill-opacity="0.25" stroke="{colour("stock")}" stroke-width="1.5"/>'
+        )
     if sum(len(run.points) for run in planned.runs) > MOST_POINTS:
         yield _text(EDGE, HEAD + LINE, f"more than {MOST_POINTS} points, not drawn", f'fill="{colour("text")}"')
         return
-    for kind, item, style in (("rapid", "rapid", 'stroke-width="1" stroke-dasharray="4 4"'), ("cut", "path_ahead", 'stroke-width="1.6"'),
-                              ("chop", "chop", 'stroke-width="2"')):
+    for kind, item, style in (
+        ("rapid", "rapid", 'stroke-width="1" stroke-dasharray="4 4"'),
+        ("cut", "path_ahead", 'stroke-width="1.6"'),
+        ("chop", "chop", 'stroke-width="2"'),
+    ):
         for run in planned.runs:
             if run.kind == kind:
-                yield f'<path d="{view.data(run.points)}" fill="none" stroke="{colour(item)}" stroke-linejoin="round" {style}/>'
+                yield (
+                    f'<path d="{view.data(run.points)}" fill="none" stroke="{colour(item)}" stroke-linejoin="round" '
+                    f"{style}/>"
+                )
     for points in planned.loops:
         closed = math.dist(points[0], points[-1]) < 1e-3
         yield f'<path d="{view.data(points, closed)}" fill="none" stroke="{colour("target")}" stroke-width="2.2"/>'
     yield from _tools(planned, view, colour)
     if view.origin:
-        (x, y), = view.at([(0.0, 0.0)])
-        yield f'<path d="M{x - ORIGIN:.1f} {y:.1f}h{2 * ORIGIN}M{x:.1f} {y - ORIGIN:.1f}v{2 * ORIGIN}" stroke="{colour("text")}" stroke-width="1.2"/>'
+        ((x, y),) = view.at([(0.0, 0.0)])
+        yield (
+            f'<path d="M{x - ORIGIN:.1f} {y:.1f}h{2 * ORIGIN}M{x:.1f} {y - ORIGIN:.1f}v{2 * ORIGIN}" '
+            f'stroke="{colour("text")}" stroke-width="1.2"/>'
+        )
 
 
 def _tools(planned, view, colour):
@@ -117,9 +149,12 @@ def _tools(planned, view, colour):
     for x, y in view.at(np.array(plunges).reshape(-1, 3)).tolist():
         yield f'<circle cx="{x:.2f}" cy="{y:.2f}" r="2.5" fill="{colour("path_done")}"/>'
     if first:
-        (x, y), = view.at([first[0]])
-        yield (f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{planned.diameter / 2 * view.scale:.2f}" fill="{colour("tool")}" fill-opacity="0.15" '
-               f'stroke="{colour("tool")}" stroke-width="1.5"/>')
+        ((x, y),) = view.at([first[0]])
+        yield (
+            f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{planned.diameter / 2 * view.scale:.2f}" fill="{colour("tool")}" '
+            f'fill-opacity="0.15" '
+            f'stroke="{colour("tool")}" stroke-width="1.5"/>'
+        )
 
 
 def _words(planned, words, colour, items, translate):
@@ -135,8 +170,14 @@ def _words(planned, words, colour, items, translate):
         y += LINE
     y += LINE / 2
     kinds = {run.kind for run in planned.runs}
-    shown = [("target", bool(planned.loops)), ("path_ahead", "cut" in kinds), ("chop", "chop" in kinds), ("rapid", "rapid" in kinds),
-             ("tool", bool(kinds - {"rapid"})), ("stock", planned.stock is not None)]
+    shown = [
+        ("target", bool(planned.loops)),
+        ("path_ahead", "cut" in kinds),
+        ("chop", "chop" in kinds),
+        ("rapid", "rapid" in kinds),
+        ("tool", bool(kinds - {"rapid"})),
+        ("stock", planned.stock is not None),
+    ]
     names = {"path_ahead": "path", "tool": "tool at the first plunge"}
     for item in [item for item, there in shown if there]:
         yield f'<path d="M{x:.0f} {y - 4:.1f}h16" stroke="{colour(item)}" stroke-width="3"/>'
@@ -150,7 +191,10 @@ def figures(planned, translate=str):
     cutting = [run for run in planned.runs if run.kind != "rapid"]
     if cutting:
         low = min(float(run.points[:, 2].min()) for run in cutting)
-        yield f"{translate('cuts')}: {_length(planned.length('cut', 'chop'), unit)}, {translate('down to')} Z{_length(low, unit)}"
+        yield (
+            f"{translate('cuts')}: {_length(planned.length('cut', 'chop'), unit)}, {translate('down to')} "
+            f"Z{_length(low, unit)}"
+        )
     chops = sum(len(run.points) - 1 for run in planned.runs if run.kind == "chop")
     if chops:
         yield f"{translate('chop lines')}: {_length(planned.length('chop'), unit)}"
@@ -161,11 +205,13 @@ def figures(planned, translate=str):
 
 def _length(value, unit):
     """To a hundredth of a mm: arcs are measured by chords."""
-    return format_length(round(float(value), 2) if unit == "mm" else MM_PER_INCH * round(float(value) / MM_PER_INCH, 3), unit)
+    return format_length(
+        round(float(value), 2) if unit == "mm" else MM_PER_INCH * round(float(value) / MM_PER_INCH, 3), unit
+    )
 
 
 def _clip(text, most):
-    return text if len(text) <= most else text[:most - 2] + ".."
+    return text if len(text) <= most else text[: most - 2] + ".."
 
 
 def _text(x, y, text, style):

@@ -33,7 +33,10 @@ class View:
         points = []
         for p in graph:
             count = 1 if p.r == 0.0 else 24
-            points += [self.at(z, max(sign * value(p, z), 0.0)) for z in (p.z0 + (p.z1 - p.z0) * k / count for k in range(count + 1))]
+            points += [
+                self.at(z, max(sign * value(p, z), 0.0))
+                for z in (p.z0 + (p.z1 - p.z0) * k / count for k in range(count + 1))
+            ]
         return points
 
     def section(self, outside, bore, colour):
@@ -42,18 +45,23 @@ class View:
             return ""
         low = self.graph(bore, -1.0) if bore else []
         z0, z1 = outside[0].z0, outside[-1].z1
-        blind = bool(bore) and bore[0].z0 > z0          # its end is a wall, and solid from there to the left
+        blind = bool(bore) and bore[0].z0 > z0  # its end is a wall, and solid from there to the left
         inner = [*reversed(low), *([self.at(bore[0].z0, 0.0)] if blind else [])] if low else [self.at(z1, 0.0)]
         inner += [self.at(z0, 0.0)] if blind or not low else []
-        return f'<path d="M{"L".join([*self.graph(outside), *inner])}Z" fill="{colour}" stroke="#555" stroke-width="0.8"/>'
+        return (
+            f'<path d="M{"L".join([*self.graph(outside), *inner])}Z" fill="{colour}" stroke="#555" stroke-width="0.8"/>'
+        )
 
 
 def svg(plan, title):
     """Text of the picture."""
     view, order = View(plan), plan.order
-    made = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH:.0f}" height="{view.height:.0f}" font-family="sans-serif" font-size="13">',
-            f'<rect width="{WIDTH:.0f}" height="{view.height:.0f}" fill="white"/>',
-            view.section(clip(order.blank.outside, view.z0, view.z1), clip(order.blank.bore, view.z0, view.z1), BLANK)]
+    made = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH:.0f}" height="{view.height:.0f}" '
+        f'font-family="sans-serif" font-size="13">',
+        f'<rect width="{WIDTH:.0f}" height="{view.height:.0f}" fill="white"/>',
+        view.section(clip(order.blank.outside, view.z0, view.z1), clip(order.blank.bore, view.z0, view.z1), BLANK),
+    ]
     for z0, z1, x0, x1 in order.barriers:
         a, b = max(z0, view.z0), min(z1, view.z1)
         corners = [view.at(a, x0), view.at(b, x0), view.at(b, min(x1, view.top)), view.at(a, min(x1, view.top))]
@@ -68,8 +76,10 @@ def svg(plan, title):
     made.append(f'<path d="M{view.at(view.z0, 0)}L{view.at(view.z1, 0)}" stroke="#333" stroke-dasharray="12 4 2 4"/>')
     y = view.axis + EDGE
     for colour, text in [*legend, (LEFT_OVER, f"residue: {len(plan.residue)}")]:
-        made.append(f'<rect x="{EDGE}" y="{y - 9:.1f}" width="22" height="4" fill="{colour}"/>'
-                    f'<text x="{EDGE + 30}" y="{y:.1f}">{escape(printable(text))}</text>')
+        made.append(
+            f'<rect x="{EDGE}" y="{y - 9:.1f}" width="22" height="4" fill="{colour}"/>'
+            f'<text x="{EDGE + 30}" y="{y:.1f}">{escape(printable(text))}</text>'
+        )
         y += LINE
     made.append(f'<text x="{EDGE}" y="24" font-size="16">{escape(printable(title))}</text></svg>')
     return "\n".join(made) + "\n"
@@ -91,13 +101,18 @@ def _paths(view, step, colour):
             text += f"L{view.at(*there)}"
         rapid, feed = (rapid + text, feed) if kind == "rapid" else (rapid, feed + text)
         here, last = there, kind
-    return [f'<path d="{rapid or "M0 0"}" fill="none" stroke="{RAPID}" stroke-width="0.4" stroke-dasharray="4 3"/>',
-            f'<path d="{feed or "M0 0"}" fill="none" stroke="{colour}" stroke-width="1.1"/>']
+    return [
+        f'<path d="{rapid or "M0 0"}" fill="none" stroke="{RAPID}" stroke-width="0.4" stroke-dasharray="4 3"/>',
+        f'<path d="{feed or "M0 0"}" fill="none" stroke="{colour}" stroke-width="1.1"/>',
+    ]
 
 
 def _residue(view, r, plan, order):
     """The area between stock and part of one residue."""
     sign = -1.0 if r.inside else 1.0
     wanted = order.part.bore if r.inside else order.part.outside
-    edge = [*view.graph(clip(plan.stock[r.inside], r.z0, r.z1), sign), *reversed(view.graph(clip(wanted, r.z0, r.z1), sign))]
+    edge = [
+        *view.graph(clip(plan.stock[r.inside], r.z0, r.z1), sign),
+        *reversed(view.graph(clip(wanted, r.z0, r.z1), sign)),
+    ]
     return f'<path d="M{"L".join(edge)}Z" fill="{LEFT_OVER}" stroke="{LEFT_OVER}" stroke-width="0.6"/>'

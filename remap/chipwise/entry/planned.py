@@ -3,10 +3,10 @@
 
 Called by cli/enter.py and the panel; drawing/entered.py draws it.
 
-A program is written around the line (units, tool, position, then the line) and read by LinuxCNC's own interpreter with the remaps of the
-INI file (program/reader.py): the cycle itself plans, nothing of it is repeated here.  A program of the user's gives the subs and the
-WORKPIECE and SURFACE comments; its other lines are blank in the copy, so that messages have its line numbers.  Chop lines are the cuts
-that are not there with H0.
+A program is written around the line (units, tool, position, then the line) and read by LinuxCNC's own interpreter with
+the remaps of the INI file (program/reader.py): the cycle itself plans, nothing of it is repeated here.  A program of
+the user's gives the subs and the WORKPIECE and SURFACE comments; its other lines are blank in the copy, so that
+messages have its line numbers.  Chop lines are the cuts that are not there with H0.
 """
 
 import os
@@ -31,16 +31,16 @@ from chipwise.settings import load_settings
 from chipwise.program.sub_process import decimal
 from chipwise.tool_data.table import numbers
 
-MAX_BYTES = 1 << 26         # of the program with the subs
-MAX_MOVES = 200_000         # of one line
-CPU_S = 60                  # computing time of one line, the plan included
+MAX_BYTES = 1 << 26  # of the program with the subs
+MAX_MOVES = 200_000  # of one line
+CPU_S = 60  # computing time of one line, the plan included
 NEAR_MM = 1e-6
 _KEPT = re.compile(r"\(\s*(WORKPIECE|SURFACE)\s*,", re.IGNORECASE)
 _FILE = re.compile(r"(FILE\s*=\s*)([^,)]+)", re.IGNORECASE)
 _TOOL = re.compile(r"t(\d+)")
 _WORD = re.compile(r"\b([A-Z])(?=-?[0-9.])|\bword ([A-Z])\b")
-_LINE = re.compile(r" \(line \d+\)$")       # of the program around the typed line: not the user's
-_SHAPED = ("G77", "G78", "G79")             # codes with a contour sub in Q
+_LINE = re.compile(r" \(line \d+\)$")  # of the program around the typed line: not the user's
+_SHAPED = ("G77", "G78", "G79")  # codes with a contour sub in Q
 CHOPPED = ("G12", "G13", "G78")
 _KINDS = {RAPID: "rapid", FEED: "line", ARC: "arc"}
 DRAWN = ("G12", "G13", "G24", "G75", "G77", "G78", "G79", "M250")
@@ -74,7 +74,8 @@ class Scene:
 
 @dataclass(frozen=True)
 class Run:
-    """Moves of one kind, one behind the other: kind "cut", "chop" or "rapid"; points (n, 3) mm, work coordinates, n at least 2."""
+    """Moves of one kind, one behind the other: kind "cut", "chop" or "rapid"; points (n, 3) mm, work coordinates, n at
+    least 2."""
 
     kind: str
     points: np.ndarray
@@ -84,8 +85,8 @@ class Run:
 class Planned:
     """What a line does.
 
-    line; scene; tool: number; diameter: of the tool, mm; runs: (Run, ..); loops: ((n, 2) mm, ..) of the contour sub; stock: (low, high) of M250,
-    mm, None without; messages: of the code
+    line; scene; tool: number; diameter: of the tool, mm; runs: (Run, ..); loops: ((n, 2) mm, ..) of the contour sub;
+    stock: (low, high) of M250, mm, None without; messages: of the code
     """
 
     line: str
@@ -99,7 +100,9 @@ class Planned:
 
     def length(self, *kinds: str) -> float:
         """Length of the moves of these kinds, mm."""
-        return float(sum(np.linalg.norm(np.diff(run.points, axis=0), axis=1).sum() for run in self.runs if run.kind in kinds))
+        return float(
+            sum(np.linalg.norm(np.diff(run.points, axis=0), axis=1).sum() for run in self.runs if run.kind in kinds)
+        )
 
 
 class PlanError(CycleError):
@@ -142,7 +145,9 @@ def _read(scene, line, path):
     _check_remap(machine, line.split()[0])
     kept, before = _program(scene, machine)
     with OwnFolder("enter") as folder:
-        program = put(folder, os.path.basename(scene.program) or "line.ngc", "\n".join([*kept, *before, line, "M2", ""]))
+        program = put(
+            folder, os.path.basename(scene.program) or "line.ngc", "\n".join([*kept, *before, line, "M2", ""])
+        )
         try:
             with Reader(program, machine, most_moves=MAX_MOVES, cpu_s=CPU_S) as reader:
                 records = np.concatenate([np.empty((0, 10)), *reader])
@@ -156,8 +161,12 @@ def _check_remap(machine, code):
     """CycleError for a code that the machine does not have."""
     remaps = values_of(machine.text.splitlines(), "RS274NGC", "REMAP")
     if code not in [text.split()[0].upper() for text in remaps if text]:
-        raise CycleError("{file} has no REMAP for {name}, so LinuxCNC does not know it there", "name another machine with --ini, or add the line of "
-                         "configs/chipwise_codes.inc", file=os.path.basename(machine.ini), name=code)
+        raise CycleError(
+            "{file} has no REMAP for {name}, so LinuxCNC does not know it there",
+            "name another machine with --ini, or add the line of configs/chipwise_codes.inc",
+            file=os.path.basename(machine.ini),
+            name=code,
+        )
 
 
 def _refused(code, text, path):
@@ -176,15 +185,29 @@ def _program(scene, machine):
         try:
             text = read_bytes(scene.program, MAX_BYTES).decode("utf-8", "surrogateescape")
         except OSError as error:
-            raise CycleError(braceless(f"{scene.program}: {error.strerror}"), "name a G-code file that can be read") from error
+            raise CycleError(
+                braceless(f"{scene.program}: {error.strerror}"), "name a G-code file that can be read"
+            ) from error
     lines = text.replace("\r\n", "\n").split("\n") if text else []
-    tool = scene.tool or next((int(n) for raw in lines for n in _TOOL.findall(plain_text(raw))), 0) or next(iter(numbers(machine.table)), 0)
+    tool = (
+        scene.tool
+        or next((int(n) for raw in lines for n in _TOOL.findall(plain_text(raw))), 0)
+        or next(iter(numbers(machine.table)), 0)
+    )
     if not tool:
         raise CycleError("no tool is named, and the tool table has none", "use --tool N")
     place = " ".join(f"{letter}{decimal(value / scene.unit_mm)}" for letter, value in zip("XYZ", scene.at))
-    parameters = [f"#{number} = {decimal(value)}" for number, value in scene.numbered] + [f"#<{name}> = {decimal(value)}" for name, value in scene.named]
+    parameters = [f"#{number} = {decimal(value)}" for number, value in scene.numbered] + [
+        f"#<{name}> = {decimal(value)}" for name, value in scene.named
+    ]
     modes = f"{'G20' if scene.unit == 'in' else 'G21'} G17 G40 G80 G90 G91.1 G94"
-    return _kept(lines, scene.program), [modes, f"T{tool} M6", *parameters, "F1000" if scene.unit == "mm" else "F40", f"G0 {place}"]
+    return _kept(lines, scene.program), [
+        modes,
+        f"T{tool} M6",
+        *parameters,
+        "F1000" if scene.unit == "mm" else "F40",
+        f"G0 {place}",
+    ]
 
 
 def _kept(lines, path):
@@ -195,7 +218,13 @@ def _kept(lines, path):
         if inside is None and word and word[1] == "sub":
             inside = word[0]
         comment = inside is None and _KEPT.search(raw)
-        kept.append(raw if inside is not None else _with_folder(raw[comment.start():].partition(")")[0] + ")", path) if comment else "")
+        kept.append(
+            raw
+            if inside is not None
+            else _with_folder(raw[comment.start() :].partition(")")[0] + ")", path)
+            if comment
+            else ""
+        )
         if word == (inside, "endsub"):
             inside = None
     return kept
@@ -208,7 +237,8 @@ def _with_folder(comment, path):
 
 
 def _absolute(folder, name):
-    """A file beside the program by its whole path; any other name, and one whose path a comment cannot hold, as it is."""
+    """A file beside the program by its whole path; any other name, and one whose path a comment cannot hold, as it
+    is."""
     found = os.path.join(folder, os.path.expanduser(name))
     return found if os.path.exists(found) and not set("(),\n") & set(found) else name
 
@@ -226,7 +256,8 @@ class _Move:
 
 
 def _planned(scene, line, records, start_line, messages):
-    """(Planned without runs and loops, [Move, ..]) from the records; those of the line that goes to the start do not count."""
+    """(Planned without runs and loops, [Move, ..]) from the records; those of the line that goes to the start do not
+    count."""
     frame, tool, stock, here = Frame(), (0, 0.0), None, tuple(scene.at)
     moves: list = []
     for record in records:
@@ -236,7 +267,7 @@ def _planned(scene, line, records, start_line, messages):
         elif kind == TOOL:
             tool = int(record[2]), float(record[3])
         elif kind == STOCK and record[2] >= 0:
-            stock = tuple(np.array(frame.to_work(record[k:k + 3])) for k in (4, 7))
+            stock = tuple(np.array(frame.to_work(record[k : k + 3])) for k in (4, 7))
         elif kind in _KINDS:
             there = tuple(map(float, frame.to_work(record[2:5])))
             if record[1] != start_line or moves:
@@ -261,13 +292,19 @@ def _with_chops(moves, plain):
     lines = [move for move in plain if _is_level_cut(move)]
     known = {_key(move) for move in lines}
     start, end = (np.array([getattr(move, name)[:2] for move in lines]).reshape(-1, 2) for name in ("start", "end"))
-    return [replace(move, kind="chop") if _is_level_cut(move) and _key(move) not in known and not _is_on(move, start, end) else move
-            for move in moves]
+    return [
+        replace(move, kind="chop")
+        if _is_level_cut(move) and _key(move) not in known and not _is_on(move, start, end)
+        else move
+        for move in moves
+    ]
 
 
 def _is_level_cut(move):
     """Whether a move is a straight cut in XY."""
-    return move.kind == "line" and abs(move.end[2] - move.start[2]) < NEAR_MM < np.hypot(move.end[0] - move.start[0], move.end[1] - move.start[1])
+    return move.kind == "line" and abs(move.end[2] - move.start[2]) < NEAR_MM < np.hypot(
+        move.end[0] - move.start[0], move.end[1] - move.start[1]
+    )
 
 
 def _key(move):
@@ -288,10 +325,21 @@ def _is_on(move, start, end):
 def _loops(scene, line, found):
     """Points of the loops of a line's contour sub."""
     from chipwise.geometry.base.chains import flat
+
     sub = next(int(word[1:]) for word in line.split()[1:] if word[0] == "Q")
     machine_unit = Machine(scene.ini).unit_mm
-    shape = read.read_shape(Job(
-        program=scene.program, sub=sub, ini=os.path.abspath(scene.ini), unit=scene.unit, machine_unit=machine_unit, position=scene.at,
-        tool=(found.tool, found.diameter / machine_unit), numbered=scene.numbered, named=scene.named,
-        close_gap=load_settings(scene.ini)["CLOSE_GAP"]))
+    shape = read.read_shape(
+        Job(
+            program=scene.program,
+            sub=sub,
+            ini=os.path.abspath(scene.ini),
+            unit=scene.unit,
+            machine_unit=machine_unit,
+            position=scene.at,
+            tool=(found.tool, found.diameter / machine_unit),
+            numbered=scene.numbered,
+            named=scene.named,
+            close_gap=load_settings(scene.ini)["CLOSE_GAP"],
+        )
+    )
     return tuple(flat(contour.elements, 0.01) for contour in read.contours(shape))

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The stored order of each code's data: fields.toml, and over it a machine's own file, [CHIPWISE]ENTRY.
 
-Called by typed.py, naming.py and planned.py.  A machine's file says in which order the data come and how they are called; what a
-datum is and which numbers it may have is the code's own and stays.
+Called by typed.py, naming.py and planned.py.  A machine's file says in which order the data come and how they are
+called; what a datum is and which numbers it may have is the code's own and stays.
 """
 
 import functools
@@ -17,8 +17,8 @@ from chipwise.settings import load_settings
 
 BUILT_IN = os.path.join(os.path.dirname(os.path.abspath(__file__)), "fields.toml")
 MAX_BYTES = 1 << 20
-MAX_NAME = 40           # characters of a name or a title: a column of the panel
-SHARED = "shared"       # table of the words that mean the same in all cycles
+MAX_NAME = 40  # characters of a name or a title: a column of the panel
+SHARED = "shared"  # table of the words that mean the same in all cycles
 KINDS = ("length", "feed", "rate", "angle", "whole", "sub", "choice")
 _UNITS = {"length": ("mm", "in"), "feed": ("mm/min", "in/min"), "rate": ("cm3/min", "in3/min"), "angle": ("deg", "deg")}
 _REMEDY = "correct the file, or take [CHIPWISE]ENTRY out"
@@ -74,7 +74,8 @@ def codes(path: Optional[str] = None) -> tuple:
 
 
 def fields(code: str, path: Optional[str] = None) -> tuple:
-    """The data of a code in the order of entry: (EntryField, ..).  Raises CycleError for an unknown code or a broken file."""
+    """The data of a code in the order of entry: (EntryField, ..).  Raises CycleError for an unknown code or a broken
+    file."""
     return _of(code, path).fields
 
 
@@ -86,7 +87,9 @@ def title(code: str, path: Optional[str] = None) -> str:
 def _of(code, path):
     table = load_table(path)
     if code not in table:
-        raise CycleError("{given} is not a code that can be entered", "use one of " + ", ".join(table), given=_shown(code))
+        raise CycleError(
+            "{given} is not a code that can be entered", "use one of " + ", ".join(table), given=_shown(code)
+        )
     return table[code]
 
 
@@ -115,8 +118,18 @@ def _built_in():
 def _field(letter, table):
     """One [CODE.LETTER] of fields.toml."""
     choices = tuple((int(number), meaning) for number, meaning in table.get("choices", {}).items())
-    return EntryField(letter, table["name"], table["kind"], table.get("required", False), table.get("default", ""), table.get("above"),
-                      table.get("least", 0 if table["kind"] == "sub" else None), table.get("most"), choices, table.get("unit", ""))
+    return EntryField(
+        letter,
+        table["name"],
+        table["kind"],
+        table.get("required", False),
+        table.get("default", ""),
+        table.get("above"),
+        table.get("least", 0 if table["kind"] == "sub" else None),
+        table.get("most"),
+        choices,
+        table.get("unit", ""),
+    )
 
 
 # ---- a machine's own file -------------------------------------------------------------------------------------
@@ -156,7 +169,12 @@ def _changed_code(path, entry, table):
         if key in own:
             own[key] = _renamed(path, f"{entry.code}.{key}", own[key], value)
         elif key not in ("title", "order"):
-            _fail(path, entry.code, f"{_shown(key)} is neither title, order nor a letter of the code", "use " + ", ".join(own))
+            _fail(
+                path,
+                entry.code,
+                f"{_shown(key)} is neither title, order nor a letter of the code",
+                "use " + ", ".join(own),
+            )
     order = _order(path, entry, table["order"]) if "order" in table else list(own)
     title = _name(path, entry.code, "title", table["title"]) if "title" in table else entry.title
     return CodeEntry(entry.code, title, tuple(own[letter] for letter in order))
@@ -169,12 +187,22 @@ def _order(path, entry, order):
         _fail(path, entry.code, "order is not a list of letters", f"write order = {letters!r}")
     for k, letter in enumerate(order):
         if letter not in letters:
-            _fail(path, entry.code, f"order has {_shown(letter)}, which is not a letter of the code", "use " + ", ".join(letters))
+            _fail(
+                path,
+                entry.code,
+                f"order has {_shown(letter)}, which is not a letter of the code",
+                "use " + ", ".join(letters),
+            )
         if letter in order[:k]:
             _fail(path, entry.code, f"order has {letter} twice", "take one of them out")
     for field in entry.fields:
         if field.required and field.letter not in order:
-            _fail(path, entry.code, f"order lacks {field.letter} ({field.name}), which is always needed", f"add {field.letter}")
+            _fail(
+                path,
+                entry.code,
+                f"order lacks {field.letter} ({field.name}), which is always needed",
+                f"add {field.letter}",
+            )
     return order
 
 
@@ -184,7 +212,12 @@ def _renamed(path, where, field, table):
         _fail(path, where, "is not a table", f"write [{where}] and name = ..")
     for key in table:
         if key != "name":
-            _fail(path, where, f"{_shown(key)} cannot be changed", "change only name; what the number may be is the code's own")
+            _fail(
+                path,
+                where,
+                f"{_shown(key)} cannot be changed",
+                "change only name; what the number may be is the code's own",
+            )
     name = _name(path, where, "name", table["name"]) if "name" in table else field.name
     return EntryField(**{**field.__dict__, "name": name})
 
@@ -192,7 +225,12 @@ def _renamed(path, where, field, table):
 def _name(path, where, key, value):
     """A name or a title."""
     if not isinstance(value, str) or not value.strip() or not value.isprintable() or len(value) > MAX_NAME:
-        _fail(path, where, f"{key} = {_shown(value)} is not a text of 1 to {MAX_NAME} printable characters", "correct the file")
+        _fail(
+            path,
+            where,
+            f"{key} = {_shown(value)} is not a text of 1 to {MAX_NAME} printable characters",
+            "correct the file",
+        )
     return value.strip()
 
 
@@ -200,6 +238,6 @@ def _shown(value: Any) -> str:
     """A value of the file in a message."""
     try:
         text = repr(value)
-    except ValueError:                  # a whole number of more digits than Python prints
+    except ValueError:  # a whole number of more digits than Python prints
         text = "a number of thousands of digits"
     return text if len(text) <= MAX_NAME else text[:MAX_NAME] + ".."

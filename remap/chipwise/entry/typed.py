@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""From a typed line of data to the G-code line.  Pure; called by panel/entry.py, and through entry/__init__.py by the rest.
+"""From a typed line of data to the G-code line.  Pure; called by panel/entry.py, and through entry/__init__.py by the
+rest.
 
-    data, data, , data <Enter>          distinguished by order and comma; an empty place keeps the default
+   data, data, , data <Enter>          distinguished by order and comma; an empty place keeps the default
 
- 1. The places are looked at from the left, and the first that is wrong is reported, by its number, letter and name.
- 2. A number is written as LinuxCNC reads it: digits with a point, no exponent.  It is never rounded: the digits of the line are
-    those that were typed, without zeros that say nothing.
- 3. A comma in a number by itself looks like one between two data.  It is refused wherever the line shows it: `1, 2,5, 3` (a comma
-    without a blank among commas with one), `1,05` (no datum begins with a spare 0), `-0,5` (no datum is minus 0), a semicolon between the
-    data, one datum too many, or a number that its place refuses.
+1. The places are looked at from the left, and the first that is wrong is reported, by its number, letter and name.
+2. A number is written as LinuxCNC reads it: digits with a point, no exponent.  It is never rounded: the digits of the
+   line are those that were typed, without zeros that say nothing.
+3. A comma in a number by itself looks like one between two data.  It is refused wherever the line shows it: `1, 2,5, 3`
+   (a comma without a blank among commas with one), `1,05` (no datum begins with a spare 0), `-0,5` (no datum is minus
+   0), a semicolon between the data, one datum too many, or a number that its place refuses.
 """
 
 import re
@@ -18,14 +19,14 @@ from typing import Optional, Sequence
 from chipwise.entry.table import EntryField, fields
 from chipwise.errors import CycleError, braceless, printable
 
-DIGITS = 9              # of a number, before and behind the point
-MAX_TEXT = 1000         # characters of a line
+DIGITS = 9  # of a number, before and behind the point
+MAX_TEXT = 1000  # characters of a line
 _NUMBER = re.compile(r"([-+]?)([0-9]*)(?:\.([0-9]*))?")
 _TIGHT = re.compile(r"[0-9],[0-9]")
 _SPARE_ZERO = re.compile(r"0[0-9]+")
 _MINUS_ZERO = re.compile(r"-0+")
 BLANKS = " \t"
-_SHOWN = 20             # characters of a datum in a message
+_SHOWN = 20  # characters of a datum in a message
 
 
 class EntryError(CycleError):
@@ -58,10 +59,17 @@ class _Wrong(Exception):
 
 
 def line(code: str, text: str, path: Optional[str] = None) -> str:
-    """G-code line of what was typed.  path as in table.load_table.  Raises EntryError, or CycleError for the code itself."""
+    """G-code line of what was typed.  path as in table.load_table.  Raises EntryError, or CycleError for the code
+    itself."""
     known = fields(code, path)
     if len(text) > MAX_TEXT:
-        raise EntryError(1, known[0] if known else None, f"the line has more than {MAX_TEXT} characters", "type the data of one code", code)
+        raise EntryError(
+            1,
+            known[0] if known else None,
+            f"the line has more than {MAX_TEXT} characters",
+            "type the data of one code",
+            code,
+        )
     return _join(code, known, split(text), True)
 
 
@@ -89,7 +97,7 @@ def _join(code, known, texts, typed):
         word = _word(code, number, field, text.strip(BLANKS), texts)
         if word:
             words.append(word)
-    for number, field in enumerate(known[len(texts):], len(texts) + 1):
+    for number, field in enumerate(known[len(texts) :], len(texts) + 1):
         if field.required:
             raise _nothing(code, number, field)
     return " ".join(words)
@@ -99,8 +107,13 @@ def _too_many(code, known, number, texts):
     """EntryError for a place behind the last."""
     tight = _one_number(texts, range(len(texts) - 1))
     end = f"; {tight}" if tight else ""
-    return EntryError(number, None, f"{len(texts)} data are given, {code} has {len(known)}",
-                      (f"take out what comes behind {known[-1].letter} ({known[-1].name})" if known else "press Enter alone") + end, code)
+    return EntryError(
+        number,
+        None,
+        f"{len(texts)} data are given, {code} has {len(known)}",
+        (f"take out what comes behind {known[-1].letter} ({known[-1].name})" if known else "press Enter alone") + end,
+        code,
+    )
 
 
 def number(field: EntryField, text: str) -> str:
@@ -120,14 +133,25 @@ def _check_comma(code, number, field, texts):
     """EntryError for a semicolon in a place, or a comma behind it that looks like that of a decimal number."""
     text = texts[number - 1]
     if ";" in text:
-        raise EntryError(number, field, f"{_shown(text)} has a semicolon", "put a comma between the data and a point into numbers: 1.5", code)
+        raise EntryError(
+            number,
+            field,
+            f"{_shown(text)} has a semicolon",
+            "put a comma between the data and a point into numbers: 1.5",
+            code,
+        )
     if number == len(texts) or not _is_tight(texts, number - 1):
         return
     before, following = text.strip(BLANKS), texts[number].strip(BLANKS)
     if _has_blanks(texts) or _SPARE_ZERO.fullmatch(following) or _MINUS_ZERO.fullmatch(before):
         pair = f"{before},{following}"
-        raise EntryError(number, field, f"{_shown(pair)} looks like a number with a decimal comma", "write numbers with a point: "
-                         f"{_shown(pair.replace(',', '.'))}, or two data with a blank behind each comma", code)
+        raise EntryError(
+            number,
+            field,
+            f"{_shown(pair)} looks like a number with a decimal comma",
+            f"write numbers with a point: {_shown(pair.replace(',', '.'))}, or two data with a blank behind each comma",
+            code,
+        )
 
 
 def _has_blanks(texts):
@@ -142,8 +166,13 @@ def _is_tight(texts, k):
 
 def _one_number(texts, places):
     """What to say if one of the commas behind these places could be that of a decimal number; "" if none could."""
-    pairs = [f"{texts[k].strip()}.{texts[k + 1].strip()}" for k in places if 0 <= k < len(texts) - 1 and _is_tight(texts, k)
-             and _NUMBER.fullmatch(f"{texts[k].strip()}.{texts[k + 1].strip()}")]
+    pairs = [
+        f"{texts[k].strip()}.{texts[k + 1].strip()}"
+        for k in places
+        if 0 <= k < len(texts) - 1
+        and _is_tight(texts, k)
+        and _NUMBER.fullmatch(f"{texts[k].strip()}.{texts[k + 1].strip()}")
+    ]
     return f"write decimals with a point: {_shown(pairs[0])}" if pairs else ""
 
 
@@ -188,7 +217,10 @@ def _check(field, value, shown):
     if field.whole and value != int(value):
         raise _Wrong(f"{shown} is not a whole number", "leave the decimals out")
     if field.kind == "choice" and value not in [number for number, _meaning in field.choices]:
-        raise _Wrong(f"{shown} is not a choice", "use " + " or ".join(f"{number} ({meaning})" for number, meaning in field.choices))
+        raise _Wrong(
+            f"{shown} is not a choice",
+            "use " + " or ".join(f"{number} ({meaning})" for number, meaning in field.choices),
+        )
     if field.above is not None and not value > field.above:
         raise _Wrong(f"{shown} is not above {field.above:g}", f"give a number above {field.above:g}")
     if field.least is not None and value < field.least or field.most is not None and value > field.most:

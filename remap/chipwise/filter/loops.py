@@ -13,7 +13,8 @@ _LOOPS = re.compile(rb"[\r\n][ \t]*/?[ \t]*(?:n[\d. \t]*)?o|m[ \t]*0*9[ \t]*[89]
 
 
 def may_loop(path):
-    """Whether a program has loops or calls subs; some text of comments counts as such, too, and a file that cannot be read."""
+    """Whether a program has loops or calls subs; some text of comments counts as such, too, and a file that cannot be
+    read."""
     tail = b"\n"
     try:
         with open_regular(path, MAX_BYTES) as file:

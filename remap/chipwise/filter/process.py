@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Runs work.py in a process of its own, for a limited time, with limited memory.  Called by cli/filter.py.
 
- 1. At the end of the time the process is killed, and the program is judged by what is known then.
- 2. The kernel kills the process when the filter ends, whatever ends it, and so on down to LinuxCNC's interpreter
-    (processes.die_with_parent).  wait() returns when all of them are gone.
- 3. A program that begins with a byte order mark, which LinuxCNC refuses, is judged and opened without it.
- 4. Nothing of it writes to the GUI: its standard output and standard error are /dev/null.
+1. At the end of the time the process is killed, and the program is judged by what is known then.
+2. The kernel kills the process when the filter ends, whatever ends it, and so on down to LinuxCNC's interpreter
+   (processes.die_with_parent).  wait() returns when all of them are gone.
+3. A program that begins with a byte order mark, which LinuxCNC refuses, is judged and opened without it.
+4. Nothing of it writes to the GUI: its standard output and standard error are /dev/null.
 """
 
 import codecs
@@ -27,18 +27,18 @@ from chipwise.filter.loops import may_loop
 from chipwise.host.files import open_regular
 from chipwise.host.processes import descendants, die_with_parent, limit_memory, lives
 
-GONE_S = 1.0            # for killed processes to end
-QUIET_S = 10            # computing time without a block of moves
-READER_MB = 512         # least memory of LinuxCNC's interpreter with the cycles
-GUI_ENDED = 143         # exit status
-RESERVE_S = 60          # of computing time beyond FILTER_TIME: the clock ends the process, not its computing time
+GONE_S = 1.0  # for killed processes to end
+QUIET_S = 10  # computing time without a block of moves
+READER_MB = 512  # least memory of LinuxCNC's interpreter with the cycles
+GUI_ENDED = 143  # exit status
+RESERVE_S = 60  # of computing time beyond FILTER_TIME: the clock ends the process, not its computing time
 
 
 class Work:
     """The process that judges one program."""
 
     def __init__(self, program, ini, settings, folder):
-        self._settings, self._loops, self._model = settings, True, is_model(program)        # loops: until it is known
+        self._settings, self._loops, self._model = settings, True, is_model(program)  # loops: until it is known
         self._receiver, sender = multiprocessing.connection.Pipe(duplex=False)
         parent = os.getpid()
         self.pid = os.fork()
@@ -58,7 +58,7 @@ class Work:
         events = select.poll()
         events.register(self._receiver, select.POLLIN)
         if stat.S_ISFIFO(os.fstat(2).st_mode):
-            events.register(2, 0)               # POLLERR: nobody can read it any more
+            events.register(2, 0)  # POLLERR: nobody can read it any more
         while True:
             left = deadline - time.monotonic()
             if left <= 0 and self._model:
@@ -83,10 +83,16 @@ class Work:
 
     def _died(self):
         if self._model:
-            return verdicts.not_opened("the planning ended early, for want of memory or by a signal; raise [CHIPWISE]PLAN_MEMORY, "
-                                       "or export the model with a larger tolerance")
-        return verdicts.unfinished("the check ended early, for want of memory or by a signal; raise [CHIPWISE]PLAN_MEMORY, "
-                                   "or report it with the program", self._loops, self._settings["FILTER_REFUSE"])
+            return verdicts.not_opened(
+                "the planning ended early, for want of memory or by a signal; raise [CHIPWISE]PLAN_MEMORY, "
+                "or export the model with a larger tolerance"
+            )
+        return verdicts.unfinished(
+            "the check ended early, for want of memory or by a signal; raise [CHIPWISE]PLAN_MEMORY, "
+            "or report it with the program",
+            self._loops,
+            self._settings["FILTER_REFUSE"],
+        )
 
     def end(self):
         """Kill it and all that it has started, and wait for them."""
@@ -115,7 +121,7 @@ def _unmarked(program, folder):
                 shutil.copyfileobj(file, copy)
             return copy.name
     except OSError:
-        return program                  # check_file() says what it is
+        return program  # check_file() says what it is
 
 
 def _without_mark(verdict, copy):
@@ -139,7 +145,7 @@ def _child(sender, program, ini, settings, folder):
     if not is_model(program):
         program = _unmarked(given, folder)
         try:
-            check_file(program)         # before numpy is imported: most files that cannot be used are seen here
+            check_file(program)  # before numpy is imported: most files that cannot be used are seen here
         except Unreadable as error:
             sender.send(verdicts.not_opened(str(error)))
             return
@@ -159,13 +165,18 @@ def _child(sender, program, ini, settings, folder):
             sender.send(made(program, ini, folder, progress))
             return
         from chipwise.filter.work import judged
+
         limit_memory(settings["PLAN_MEMORY"])
-        limits = {"cpu_s": int(settings["FILTER_TIME"]) + RESERVE_S, "quiet_s": QUIET_S, "needs_end": True,
-                  "memory_mb": max(settings["PLAN_MEMORY"], READER_MB)}
+        limits = {
+            "cpu_s": int(settings["FILTER_TIME"]) + RESERVE_S,
+            "quiet_s": QUIET_S,
+            "needs_end": True,
+            "memory_mb": max(settings["PLAN_MEMORY"], READER_MB),
+        }
         found = judged(program, ini, limits, folder, loops, progress)
         found = found if program == given else _without_mark(found, program)
     except MemoryError:
-        return                      # its end says it
+        return  # its end says it
     except Exception as error:
         if os.environ.get("CHIPWISE_TRACEBACK"):
             raise

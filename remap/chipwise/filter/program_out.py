@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The program to standard output, byte for byte: all of it, or nothing.  Called by cli/filter.py.
 
-AXIS opens the file behind a filter's standard output again at a touch-off, also if the filter has failed.  So a program that is not
-complete must not run, whatever ended the filter:
+AXIS opens the file behind a filter's standard output again at a touch-off, also if the filter has failed.  So a program
+that is not complete must not run, whatever ended the filter:
 
  1. The file begins with a line M2 while the rest is written; the program's own beginning takes its place last.
  2. If anything fails (no room on the disk), the file is made empty.
@@ -15,7 +15,7 @@ import os
 import stat
 
 BARRIER = b"M2 (chipwise: this program is not complete)\n"
-BEGINNING = 4096        # within one page: written at once
+BEGINNING = 4096  # within one page: written at once
 PART = 1 << 20
 
 
@@ -60,7 +60,7 @@ def _in_order(handle, source, size):
         size -= len(data)
         view = memoryview(data)
         while view:
-            view = view[os.write(handle, view):]
+            view = view[os.write(handle, view) :]
 
 
 def _beginning_last(handle, start, source, size):
@@ -73,7 +73,7 @@ def _beginning_last(handle, start, source, size):
         _write_at(handle, data, start + place)
         place += len(data)
     _write_at(handle, beginning, start)
-    os.close(os.dup(handle))            # a network folder's errors come when a file is closed
+    os.close(os.dup(handle))  # a network folder's errors come when a file is closed
 
 
 def _write_at(handle, data, place):

@@ -3,11 +3,11 @@
 
 Called by cli/filter.py.
 
- 1. Standard error has whole lines of UTF-8, at most 100 of FILTER_PROGRESS= and some of text: far less than a pipe holds.  AXIS and
-    QtVCP show the text if the exit status is not 0.
+ 1. Standard error has whole lines of UTF-8, at most 100 of FILTER_PROGRESS= and some of text: far less than a pipe
+    holds.  AXIS and QtVCP show the text if the exit status is not 0.
  2. A GUI of gladevcp gets nothing there.
- 3. What is said of a program that is opened, and everything in a GUI of gladevcp, goes through LinuxCNC's task (screen_runner.py), as
-    one message of at most 250 bytes.
+ 3. What is said of a program that is opened, and everything in a GUI of gladevcp, goes through LinuxCNC's task
+    (screen_runner.py), as one message of at most 250 bytes.
 """
 
 import os
@@ -19,7 +19,7 @@ from chipwise.errors import clip, printable
 
 PYTHON = "/usr/bin/python3"
 RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "screen_runner.py")
-PATIENCE_S = 1.5        # for the task to take a message
+PATIENCE_S = 1.5  # for the task to take a message
 LINE_BYTES = 1000
 
 
@@ -36,7 +36,7 @@ class _Lines:
         try:
             os.write(self.handle, text.encode("utf-8", "replace"))
         except OSError:
-            pass                        # the GUI is gone
+            pass  # the GUI is gone
 
     def flush(self):
         pass
@@ -72,13 +72,21 @@ class Screen:
             for text in (*texts, *verdict.more):
                 self._stream.write(clipped(f"chipwise: {program}: {text}") + "\n")
         if self.in_gui and not self._stream.isatty() and (verdict.status == 0 or not self.reads_errors):
-            self._through_task(clip(printable(f"chipwise: {os.path.basename(program)}: {'; '.join(texts)}")), verdict.warns)
+            self._through_task(
+                clip(printable(f"chipwise: {os.path.basename(program)}: {'; '.join(texts)}")), verdict.warns
+            )
 
     def _through_task(self, text, warning):
         """A message on the screen; whether it got there shows there only."""
         try:
-            subprocess.run([PYTHON, "-s", RUNNER, "error" if warning else "text"], input=text.encode(), timeout=PATIENCE_S,
-                           stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
+            subprocess.run(
+                [PYTHON, "-s", RUNNER, "error" if warning else "text"],
+                input=text.encode(),
+                timeout=PATIENCE_S,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                check=False,
+            )
         except (OSError, subprocess.TimeoutExpired):
             pass
 

@@ -11,18 +11,21 @@ from typing import Optional
 
 from chipwise.errors import printable
 
-OPENED, FINDINGS, UNUSABLE = 0, 1, 2            # exit status
-UNCHECKED_IS_REFUSED = ("unchecked",)           # values of [CHIPWISE]FILTER_REFUSE
+OPENED, FINDINGS, UNUSABLE = 0, 1, 2  # exit status
+UNCHECKED_IS_REFUSED = ("unchecked",)  # values of [CHIPWISE]FILTER_REFUSE
 FINDINGS_ARE_REFUSED = ("findings", "unchecked")
 
 # What chipwise check advises and only its command line can do
-_OPTIONS = re.compile(r",? (?:or )?(?:name (?:the stock|it) )?with --(?:stock|tool-diameter|tool|diameter)(?: [^;() ]+)*|: --stock(?: [^;() ]+)*")
+_OPTIONS = re.compile(
+    r",? (?:or )?(?:name (?:the stock|it) )?with --(?:stock|tool-diameter|tool|diameter)(?: [^;() ]+)*|: --stock(?: "
+    r"[^;() ]+)*"
+)
 
 
 @dataclass
 class Verdict:
-    """notes: (text, whether it is a warning); more: lines for the log only; path: of a program to be opened in place of the
-    user's; judged: os.stat_result of the user's file."""
+    """notes: (text, whether it is a warning); more: lines for the log only; path: of a program to be opened in place of
+    the user's; judged: os.stat_result of the user's file."""
 
     status: int = OPENED
     notes: list = field(default_factory=list)
@@ -66,12 +69,19 @@ def unfinished(text, loops, refuse):
 
 def late_model(seconds):
     """The time is up, and there is no program yet."""
-    return not_opened(f"it takes more than {seconds:g} s to plan; raise [CHIPWISE]FILTER_TIME, or use `chipwise surface`")
+    return not_opened(
+        f"it takes more than {seconds:g} s to plan; raise [CHIPWISE]FILTER_TIME, or use `chipwise surface`"
+    )
 
 
 def late(seconds, loops, refuse):
     """The time is up."""
     if loops:
-        return not_opened(f"it takes more than {seconds:g} s to check, and its loops or subs may have no end; look for a loop without "
-                          "an end, or raise [CHIPWISE]FILTER_TIME")
-    return unchecked(f"it takes more than {seconds:g} s to check; raise [CHIPWISE]FILTER_TIME, or use `chipwise check`", refuse)
+        return not_opened(
+            f"it takes more than {seconds:g} s to check, and its loops or subs may have no end; look for a loop "
+            f"without "
+            "an end, or raise [CHIPWISE]FILTER_TIME"
+        )
+    return unchecked(
+        f"it takes more than {seconds:g} s to check; raise [CHIPWISE]FILTER_TIME, or use `chipwise check`", refuse
+    )

@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Checks and rewrites one program for the GUI -> its Verdict.  Called by process.py, in a process of its own.
 
- 1. A file that LinuxCNC cannot use (binary, too large, an error in a line, an endless loop) is not opened.
-    So is one that makes the interpreter run Python or a shell: the GUI's preview would do it (program/program_code.py).
- 2. A program that cannot be judged (an unknown tool, M254, ..) is opened as it is, if it has an end: LinuxCNC's preview
-    runs it, too, and a GUI whose preview does not end cannot be used any more.
- 3. A program with findings is opened with a warning; [CHIPWISE]FILTER_REFUSE is stricter.  That a tool's flutes are unknown is
-    said, but never a reason to refuse.
- 4. A program that names no stock or no tool is judged on what chipwise check assumes, and that is said.  It counts as one that cannot be judged for
-    FILTER_REFUSE = unchecked, which asks for certainty, and findings in what is assumed refuse nothing.
- 5. [CHIPWISE]FILTER_REWRITE: the rewritten program goes to the GUI.  One that cannot be rewritten counts as one with findings.
+1. A file that LinuxCNC cannot use (binary, too large, an error in a line, an endless loop) is not opened.
+   So is one that makes the interpreter run Python or a shell: the GUI's preview would do it (program/program_code.py).
+2. A program that cannot be judged (an unknown tool, M254, ..) is opened as it is, if it has an end: LinuxCNC's preview
+   runs it, too, and a GUI whose preview does not end cannot be used any more.
+3. A program with findings is opened with a warning; [CHIPWISE]FILTER_REFUSE is stricter.  That a tool's flutes are
+   unknown is said, but never a reason to refuse.
+4. A program that names no stock or no tool is judged on what chipwise check assumes, and that is said.  It counts as
+   one that cannot be judged for FILTER_REFUSE = unchecked, which asks for certainty, and findings in what is assumed
+   refuse nothing.
+5. [CHIPWISE]FILTER_REWRITE: the rewritten program goes to the GUI.  One that cannot be rewritten counts as one with
+   findings.
 """
 
 import os
@@ -25,8 +27,8 @@ from chipwise.host.temp_folder import FolderError, put
 from chipwise.rates import MM3_PER_CM3
 from chipwise.settings import load_settings
 
-MAX_LISTED = 20         # findings in the log
-MAX_NAMED = 5           # tools in a message
+MAX_LISTED = 20  # findings in the log
+MAX_NAMED = 5  # tools in a message
 NOT_KNOWN = (TOOL, FLUTES_UNKNOWN)
 ASSUMED = " (on what is assumed)"
 
@@ -51,21 +53,32 @@ def judged(program, ini, limits, folder, loops, progress):
     more = {name: value for name, value in limits.items() if name != "cpu_s"}
 
     def check_it(**assumed):
-        return checked(program, lambda line: progress(line / lines * (0.4 if rewrite else 1.0)), {"machine": machine, "cpu_s": limits["cpu_s"], "limits": more, **assumed})
+        return checked(
+            program,
+            lambda line: progress(line / lines * (0.4 if rewrite else 1.0)),
+            {"machine": machine, "cpu_s": limits["cpu_s"], "limits": more, **assumed},
+        )
 
     result = check_it()
     if result.error and result.state != UNFINISHED:
-        machine.tool = spindle_tool() if os.environ.get("INI_FILE_NAME") else 0     # the program may count on it, as LinuxCNC's preview does
+        machine.tool = (
+            spindle_tool() if os.environ.get("INI_FILE_NAME") else 0
+        )  # the program may count on it, as LinuxCNC's preview does
         result = check_it(assumes=True, tool=machine.tool or None)
     if result.error:
         return _with_error(result, machine, loops, refuse, limits)
     verdict = verdicts.Verdict()
     if result.guessed and refuse in verdicts.UNCHECKED_IS_REFUSED:
-        return verdicts.not_opened("; ".join(["it is judged on what is assumed only", *(text for _line, text in result.notes)]))
+        return verdicts.not_opened(
+            "; ".join(["it is judged on what is assumed only", *(text for _line, text in result.notes)])
+        )
     for text in grouped_notes(result.notes):
         verdict.note(verdicts.for_screen(text))
-    mended = _rewrite(program, machine, settings, result, folder, limits, lambda share: progress(0.4 + 0.6 * share),
-                      verdict) if rewrite else None
+    mended = (
+        _rewrite(program, machine, settings, result, folder, limits, lambda share: progress(0.4 + 0.6 * share), verdict)
+        if rewrite
+        else None
+    )
     return _with_findings(result, mended, refuse, verdict)
 
 
@@ -73,10 +86,11 @@ def spindle_tool():
     """Number of the tool that LinuxCNC has in the spindle; 0: none, or no LinuxCNC."""
     try:
         import linuxcnc
+
         status = linuxcnc.stat()
         status.poll()
         return status.tool_in_spindle
-    except (ImportError, RuntimeError, SystemError):        # linuxcnc.error is a RuntimeError
+    except (ImportError, RuntimeError, SystemError):  # linuxcnc.error is a RuntimeError
         return 0
 
 
@@ -115,16 +129,21 @@ def _with_findings(result, mended, refuse, verdict):
     if left:
         first = left[0].text(result.unit)
         assumed = result.guessed and all(finding.rule in OF_STOCK for finding in left)
-        verdict.note((first if count == 1 else f"{count} findings; the first: {first}") + (ASSUMED if assumed else ""), not assumed)
+        verdict.note(
+            (first if count == 1 else f"{count} findings; the first: {first}") + (ASSUMED if assumed else ""),
+            not assumed,
+        )
         groups = grouped(left)
-        verdict.more = [group.text(result.unit) for group in groups[int(len(groups[0]) == 1):MAX_LISTED]]
+        verdict.more = [group.text(result.unit) for group in groups[int(len(groups[0]) == 1) : MAX_LISTED]]
         more = result.findings.dropped + sum(map(len, groups[MAX_LISTED:]))
         if more:
             verdict.more.append(f"and {more} more; `chipwise check` has all")
     if unknown:
         names = ", ".join([*map(str, unknown[:MAX_NAMED]), *([".."] if len(unknown) > MAX_NAMED else [])])
-        verdict.note(f"the depth of tool {names} is not checked, the length of the flutes is unknown; give it in "
-                     "[CHIPWISE]TOOL_GEOMETRY")
+        verdict.note(
+            f"the depth of tool {names} is not checked, the length of the flutes is unknown; give it in "
+            "[CHIPWISE]TOOL_GEOMETRY"
+        )
     if verdict.warns and refuse in verdicts.FINDINGS_ARE_REFUSED:
         verdict.status, verdict.path = verdicts.FINDINGS, ""
     return verdict
@@ -134,14 +153,18 @@ def _with_findings(result, mended, refuse, verdict):
 
 
 def _rewrite(program, machine, settings, result, folder, limits, progress, verdict):
-    """Rewrite it as the settings say, with a note; -> the rule that the new program does not break any more, or None."""
+    """Rewrite it as the settings say, with a note; -> the rule that the new program does not break any more, or
+    None."""
     from chipwise.rewrite.read_back import Different
     from chipwise.rewrite.run import rewritten
+
     flute = settings["FILTER_REWRITE"] == "flute"
     if flute and not any(finding.rule == FLUTE for finding in result.findings.kept) and not result.findings.dropped:
         return None
     try:
-        data, said = rewritten(program, _order(settings, machine, flute), progress, machine, tool=machine.tool or None, **limits)
+        data, said = rewritten(
+            program, _order(settings, machine, flute), progress, machine, tool=machine.tool or None, **limits
+        )
         with open(program, "rb") as file:
             if file.read() == data:
                 return FLUTE if flute else RATE
@@ -166,6 +189,7 @@ def _rewrite(program, machine, settings, result, folder, limits, progress, verdi
 def _order(settings, machine, flute):
     from chipwise.rewrite import feed
     from chipwise.rewrite.run import Order
+
     if flute:
         return Order()
     if not settings["FILTER_RATE"]:

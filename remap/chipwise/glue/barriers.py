@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """G22 and G23: boxes that no tool of G26 and G27 enters, as far as a run and its preview both know them.
 
-Called by codes.py through session.run_steps, by session.begin, and by glue/turning.py.  A barrier is where the machine is, not where
-the work coordinates are: it is kept in machine coordinates of the tool's tip, so an offset that changes later leaves it in place.
-As with the top of the stock (program/known_stock.py), the interpreter keeps it, and it ends with the program.
+Called by codes.py through session.run_steps, by session.begin, and by glue/turning.py.  A barrier is where the machine
+is, not where the work coordinates are: it is kept in machine coordinates of the tool's tip, so an offset that changes
+later leaves it in place.  As with the top of the stock (program/known_stock.py), the interpreter keeps it, and it ends
+with the program.
 """
 
 import math
@@ -11,7 +12,7 @@ import math
 from chipwise.errors import CycleError
 from chipwise.turning.request import FAR_MM, box
 
-COUNT = "_chipwise>barriers"        # no program can write it: to LinuxCNC's parser a name ends at ">"
+COUNT = "_chipwise>barriers"  # no program can write it: to LinuxCNC's parser a name ends at ">"
 MOST = 20
 WORDS = "xzik"
 
@@ -65,5 +66,7 @@ def forget(interp):
 def in_work_coordinates(state):
     """((z0, z1, x0, x1), ..) mm of the barriers in force."""
     to_machine = shift(state)
-    return tuple(tuple(state.interp.params[_name(number, column)] - to_machine[column // 2] for column in range(4))
-                 for number in range(_count(state.interp)))
+    return tuple(
+        tuple(state.interp.params[_name(number, column)] - to_machine[column // 2] for column in range(4))
+        for number in range(_count(state.interp))
+    )

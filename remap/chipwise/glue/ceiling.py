@@ -26,16 +26,18 @@ class Times(float):
 
 
 class Axes(float):
-    """A ceiling that is what the axes allow in each move: that of a set-up whose feeds above the stock are free (mm/min; LinuxCNC clamps it)."""
+    """A ceiling that is what the axes allow in each move: that of a set-up whose feeds above the stock are free
+    (mm/min; LinuxCNC clamps it)."""
 
 
 AXES = Axes(1e6)
 
 
 class Ceiling:
-    """value: mm/min, Times or Axes, None while F is not replaced; output: the analog output that carries the programmed feed;
-    programmed: F in mm/min as the program said it last, None in other feed modes than G94;
-    waiting: (value, output) of an M251 that run from line has read over, for begin() at the first code behind that line."""
+    """value: mm/min, Times or Axes, None while F is not replaced; output: the analog output that carries the programmed
+    feed; programmed: F in mm/min as the program said it last, None in other feed modes than G94;
+    waiting: (value, output) of an M251 that run from line has read over, for begin() at the first code behind that
+    line."""
 
     value = None
     output = None
@@ -105,8 +107,10 @@ def set_canon_feed(interp, feed):
     per_minute = interp.feed_mode == _FEED_PER_MINUTE
     first = not Ceiling.programmed
     Ceiling.programmed = feed * unit_mm if per_minute else None
-    if first and Ceiling.programmed:    # see begin()
+    if first and Ceiling.programmed:  # see begin()
         emccanon.SET_AUX_OUTPUT_VALUE(Ceiling.output, _as_output(Ceiling.programmed))
     emccanon.SET_MOTION_OUTPUT_VALUE(Ceiling.output, _as_output(Ceiling.programmed))
-    of_change = isinstance(Ceiling.value, (Times, Axes)) and interp.remap_level > 1         # an F in a tool change that is remapped stays F
+    of_change = (
+        isinstance(Ceiling.value, (Times, Axes)) and interp.remap_level > 1
+    )  # an F in a tool change that is remapped stays F
     emccanon.enqueue_SET_FEED_RATE(_replaced(feed * unit_mm) / unit_mm if per_minute and not of_change else feed)

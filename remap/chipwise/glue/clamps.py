@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""M256: the set-up of clamps that is in force.  For cycles it ends with the program, as in the preview; before the realtime guard it stays (monitor/clamps_in_force.py).
+"""M256: the set-up of clamps that is in force.  For cycles it ends with the program, as in the preview; before the
+realtime guard it stays (monitor/clamps_in_force.py).
 
-Called by codes.py through session.run_steps, by session.begin and by state.py.  What needs numpy is imported when a set-up is used: LinuxCNC's task must not
-load it for every machine.
+Called by codes.py through session.run_steps, by session.begin and by state.py.  What needs numpy is imported when a
+set-up is used: LinuxCNC's task must not load it for every machine.
 """
 
 import math
@@ -19,11 +20,11 @@ from chipwise.errors import CycleError
 from chipwise.clib.layout import Register
 
 MOST = 999
-SET_UP = "_chipwise>clamps"     # no program can write it: to LinuxCNC's parser a name ends at ">"
-SINCE = "_chipwise>clamps_since"        # line of the M256
-CURRENT = 5220                          # LinuxCNC's parameters: the coordinate system in force, and behind it all of them
+SET_UP = "_chipwise>clamps"  # no program can write it: to LinuxCNC's parser a name ends at ">"
+SINCE = "_chipwise>clamps_since"  # line of the M256
+CURRENT = 5220  # LinuxCNC's parameters: the coordinate system in force, and behind it all of them
 SYSTEMS, EACH = 9, 20
-TURN = 9                                # of a system
+TURN = 9  # of a system
 
 
 def put_on(state):
@@ -36,22 +37,32 @@ def put_on(state):
         raise CycleError(f"set-up P{number:g} is not from 0 to {MOST}", "use P0 for none")
     if number:
         from chipwise.clamps import set_ups
+
         set_ups.clamps_of(state.settings.path("CLAMPS"), int(number))
-    state.interp.params[SET_UP], state.interp.params[SINCE] = number, program_run.main_line(state.interp, state.line_number)
+    state.interp.params[SET_UP], state.interp.params[SINCE] = (
+        number,
+        program_run.main_line(state.interp, state.line_number),
+    )
     if not state.interp.task:
         preview.clamps(state.line_number, int(number))
         return
     from chipwise.glue import stock_codes
+
     if program_run.skipped():
-        emccanon.MESSAGE("chipwise: M256: run from line skips this line, so the clamps before the machine stay as they are; give it in MDI before")
+        emccanon.MESSAGE(
+            "chipwise: M256: run from line skips this line, so the clamps before the machine stay as they are; give it "
+            "in MDI before"
+        )
         yield
         return
-    yield from stock_codes.request(state, int(number), Register.CLAMPS_COMMIT, f"the clamps of set-up P{number:g} are not in force")
+    yield from stock_codes.request(
+        state, int(number), Register.CLAMPS_COMMIT, f"the clamps of set-up P{number:g} are not in force"
+    )
 
 
 def asked(state):
-    """The ClampsAsked of a cycle: the planner finds the clamps of M256, of the program's comments and of its set-up.  In MDI, and in the sub of a pattern,
-    only those of M256; None without a program."""
+    """The ClampsAsked of a cycle: the planner finds the clamps of M256, of the program's comments and of its set-up.
+    In MDI, and in the sub of a pattern, only those of M256; None without a program."""
     interp, settings = state.interp, state.settings
     known = interp.params.globals()
     number, since = (int(interp.params[name]) if name in known else 0 for name in (SET_UP, SINCE))
@@ -62,10 +73,21 @@ def asked(state):
         diameter = state.tool_diameter()
     except CycleError:
         diameter = 0.0
-    return ClampsAsked(set_up=number, file=settings.path("CLAMPS"), program=program, line=program_run.main_line(interp, state.line_number), since=since,
-                       ini=ini.file_name() or "", jobs=settings.path("JOBS"), now=_now(state), systems=_systems(state),
-                       clearance=settings["CLAMP_CLEARANCE"], diameter=diameter,
-                       geometry=(settings.path("TOOL_GEOMETRY"), interp.tool_table[0].toolno), limits=soft_limits.of(state))
+    return ClampsAsked(
+        set_up=number,
+        file=settings.path("CLAMPS"),
+        program=program,
+        line=program_run.main_line(interp, state.line_number),
+        since=since,
+        ini=ini.file_name() or "",
+        jobs=settings.path("JOBS"),
+        now=_now(state),
+        systems=_systems(state),
+        clearance=settings["CLAMP_CLEARANCE"],
+        diameter=diameter,
+        geometry=(settings.path("TOOL_GEOMETRY"), interp.tool_table[0].toolno),
+        limits=soft_limits.of(state),
+    )
 
 
 def _now(state):
@@ -85,7 +107,9 @@ def _systems(state):
     params, g92 = state.interp.params, _g92(state)
     unit = 1.0 / emccanon.GET_EXTERNAL_LENGTH_UNITS()
     firsts = range(CURRENT + 1, CURRENT + 1 + SYSTEMS * EACH, EACH)
-    return tuple((math.radians(params[first + TURN]), tuple(params[first + k] * unit for k in range(3)), g92) for first in firsts)
+    return tuple(
+        (math.radians(params[first + TURN]), tuple(params[first + k] * unit for k in range(3)), g92) for first in firsts
+    )
 
 
 def forget(interp):

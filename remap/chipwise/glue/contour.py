@@ -10,7 +10,7 @@ from chipwise.pattern import mirroring
 ROUGH_WORDS = "qpidljerzkh"
 FINISH_WORDS = "qpijerzkh"
 
-OTHER_SIDE = {41: 42, 42: 41}           # of a contour in the other direction
+OTHER_SIDE = {41: 42, 42: 41}  # of a contour in the other direction
 
 
 def order_of(finish):
@@ -34,8 +34,21 @@ def _words(state, finish):
     passes = state.number("l")
     chop_size = state.chop_size()
     return dict(
-        side=OTHER_SIDE.get(side, side) if mirroring.mirrored else side, backwards=mirroring.mirrored, tool_radius=diameter / 2, bottom=bottom, clearance=clearance, allowance=state.length("i") or 0.0,
-        passes=1 if passes is None else passes, step=state.length("d"),
-        approach=state.length("k"), angle=math.radians(state.approach_angle()), close_gap=state.settings["CLOSE_GAP"],
-        start=state.position(), finish=finish, to_and_fro=not finish and state.to_and_fro(), chop_size=chop_size if finish else 0.0, **state.depth_step(),
-        **state.feeds())
+        side=OTHER_SIDE.get(side, side) if mirroring.mirrored else side,
+        backwards=mirroring.mirrored,
+        tool_radius=diameter / 2,
+        bottom=bottom,
+        clearance=clearance,
+        allowance=state.length("i") or 0.0,
+        passes=1 if passes is None else passes,
+        step=state.length("d"),
+        approach=state.length("k"),
+        angle=math.radians(state.approach_angle()),
+        close_gap=state.settings["CLOSE_GAP"],
+        start=state.position(),
+        finish=finish,
+        to_and_fro=not finish and state.to_and_fro(),
+        chop_size=chop_size if finish else 0.0,
+        **state.depth_step(),
+        **state.feeds(),
+    )

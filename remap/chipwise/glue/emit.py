@@ -5,8 +5,9 @@ Only built-in codes are executed.  A remapped code, or a word that is remapped (
 interpreter run the rest of the main program inside the cycle: Interp::_execute() enters its call loop, which ends only
 when the call level is back at 0 (rs274ngc_pre.cc, 2.9.0~pre1).  So no F word is ever emitted; see set_feed().
 
-The lines carry absolute XYZ, X as a radius, and incremental I J, and begin in G17, those of a turned part in G18 on exact path; what
-that needs (G90, G91.1, the plane, G8, G61) is forced and put back, and so is the path mode if a line sets it.  Units, feed mode and offsets are used as they are.
+The lines carry absolute XYZ, X as a radius, and incremental I J, and begin in G17, those of a turned part in G18 on
+exact path; what that needs (G90, G91.1, the plane, G8, G61) is forced and put back, and so is the path mode if a line
+sets it.  Units, feed mode and offsets are used as they are.
 
 execute() is called without the line number, which is set beforehand: with it, and after a `yield`, the interpreter
 would enter the waiting remap once more and crash (interpmodule.cc, wrap_interp_execute_2, 2.9.0~pre1 to 2.10: it leaves
@@ -21,7 +22,7 @@ from chipwise.gcode_lines import path_text
 from chipwise.pattern import mirroring
 
 _ABSOLUTE = 0  # interp_internal.hh: DISTANCE_MODE
-_PER_REV = 2   # interp_internal.hh: FEED_MODE
+_PER_REV = 2  # interp_internal.hh: FEED_MODE
 
 
 def set_feed(interp, feed):
@@ -38,13 +39,16 @@ def _modes(interp, lathe):
     """(line that forces what the lines of a cycle need, line that puts back what was in force)."""
     turned, diameter = interp.plane == emccanon.CANON_PLANE.CANON_PLANE_XZ, interp.params["_lathe_diameter_mode"]
     plane = " G18" if lathe else " G17" if turned else ""
-    before = (f"G{18 if turned else 17} {'G90' if interp.distance_mode == _ABSOLUTE else 'G91'} "
-              f"{'G90.1' if interp.ijk_distance_mode == _ABSOLUTE else 'G91.1'}{' G7' if diameter else ''}")
+    before = (
+        f"G{18 if turned else 17} {'G90' if interp.distance_mode == _ABSOLUTE else 'G91'} "
+        f"{'G90.1' if interp.ijk_distance_mode == _ABSOLUTE else 'G91.1'}{' G7' if diameter else ''}"
+    )
     return f"G90 G91.1{plane}{' G8' if diameter else ''}", before
 
 
 def emit(interp, line_number, chunk, lathe=False):
-    """Execute a chunk of lines.chunks(), rows with a line number of their own under that; modes, feed and line number are afterwards what they were, also after an error.
+    """Execute a chunk of lines.chunks(), rows with a line number of their own under that; modes, feed and line number
+    are afterwards what they were, also after an error.
 
     lathe: the lines are those of turning/blocks.py: in G18, X a radius, on exact path.
     """

@@ -18,7 +18,17 @@ def _fields(state, ccw):
     x, y = state.place()
     clearance, bottom = state.heights()
     return dict(
-        x=x, y=y, bottom=bottom, clearance=clearance,
-        radius=state.needed("i", "radius of the hole"), finished=state.length("k"), step=state.length("q"),
-        ccw=ccw, tool_radius=diameter / 2, chop_size=state.chop_size(),
-        start=state.position(), **state.depth_step(), **state.feeds())
+        x=x,
+        y=y,
+        bottom=bottom,
+        clearance=clearance,
+        radius=state.needed("i", "radius of the hole"),
+        finished=state.length("k"),
+        step=state.length("q"),
+        ccw=ccw,
+        tool_radius=diameter / 2,
+        chop_size=state.chop_size(),
+        start=state.position(),
+        **state.depth_step(),
+        **state.feeds(),
+    )

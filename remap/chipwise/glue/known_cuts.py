@@ -1,20 +1,20 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The G24 lines before this one, as far as a run and its preview both know them: their cuts are taken out of the stock.
 
-Called by surface.py.  M250 and M254 (stock_codes.py) and the beginning of another context (session.begin) end them.  A line that run
-from line reads over is not among them, so the stock is taken to be fuller than it may be, never emptier.
+Called by surface.py.  M250 and M254 (stock_codes.py) and the beginning of another context (session.begin) end them.  A
+line that run from line reads over is not among them, so the stock is taken to be fuller than it may be, never emptier.
 
-The requests are kept here under a number that is kept in the interpreter, because each preview has a new one while this module stays
-loaded.  No program can write the parameter: to LinuxCNC's parser a name ends at ">".
+The requests are kept here under a number that is kept in the interpreter, because each preview has a new one while this
+module stays loaded.  No program can write the parameter: to LinuxCNC's parser a name ends at ">".
 """
 
 import itertools
 
 NAME = "_chipwise>surface_cuts"
-MOST_RUNS, MOST_LINES = 8, 50           # that are kept; of more lines the first ones are forgotten
+MOST_RUNS, MOST_LINES = 8, 50  # that are kept; of more lines the first ones are forgotten
 
 _numbers = itertools.count(1)
-_kept: dict = {}                        # number of a run: [(frame, fields)]
+_kept: dict = {}  # number of a run: [(frame, fields)]
 
 
 def forget(interp):
@@ -30,7 +30,11 @@ def before(interp, frame, fields):
     frame   where the work coordinates are: anything that can be compared
     fields  of this request
     """
-    same = [(where, known) for where, known in _lines(interp) if where == frame and all(known[key] == fields[key] for key in ("file", "stamp", "placing"))]
+    same = [
+        (where, known)
+        for where, known in _lines(interp)
+        if where == frame and all(known[key] == fields[key] for key in ("file", "stamp", "placing"))
+    ]
     return tuple(tuple(known.items()) for _where, known in same)
 
 

@@ -17,11 +17,20 @@ import re
 from chipwise.errors import CycleError
 
 PREFIX = "_chipwise_"
-KNOWN = ("_chipwise_allowance", "_chipwise_approach_angle", "_chipwise_chop_size", "_chipwise_keep_climb", "_chipwise_ramp_angle",
-         "_chipwise_seam_overlap", "_chipwise_surface_depth", "_chipwise_surface_rest", "_chipwise_surface_scallop",
-         "_chipwise_to_and_fro")
+KNOWN = (
+    "_chipwise_allowance",
+    "_chipwise_approach_angle",
+    "_chipwise_chop_size",
+    "_chipwise_keep_climb",
+    "_chipwise_ramp_angle",
+    "_chipwise_seam_overlap",
+    "_chipwise_surface_depth",
+    "_chipwise_surface_rest",
+    "_chipwise_surface_scallop",
+    "_chipwise_to_and_fro",
+)
 
-_UNSET = 4              # interp_internal.hh: PA_UNSET
+_UNSET = 4  # interp_internal.hh: PA_UNSET
 
 
 def global_names(interp):
@@ -43,9 +52,12 @@ def check_known(interp):
     """Raise CycleError for an unknown name with our prefix: a typing error would count as not set."""
     unknown = sorted(name for name in chipwise_names(interp) if name.lower() not in KNOWN)
     if unknown:
-        del interp.sub_context[0].named_params[unknown[0]]      # said once: nobody else could take it out in MDI
+        del interp.sub_context[0].named_params[unknown[0]]  # said once: nobody else could take it out in MDI
         shown = unknown[0].lower().replace("{", "{{").replace("}", "}}")
-        raise CycleError(f"#<{shown}> is not known", f"known after #<{PREFIX} are " + ", ".join(name.removeprefix(PREFIX) for name in KNOWN))
+        raise CycleError(
+            f"#<{shown}> is not known",
+            f"known after #<{PREFIX} are " + ", ".join(name.removeprefix(PREFIX) for name in KNOWN),
+        )
 
 
 # ---- what was set before ----------------------------------------------------------------------------------------

@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The path mode (G61, G61.1, G64) around the lines of a pattern: the sub's inside, the program's own before and after.
 
-Called by glue/emit.py and session.py.  The interpreter keeps the mode of G64 and not its P and Q; canon has them (emccanon.cc, 2.9 and 2.10), in
-program units.
+Called by glue/emit.py and session.py.  The interpreter keeps the mode of G64 and not its P and Q; canon has them
+(emccanon.cc, 2.9 and 2.10), in program units.
 
-Motion may have another mode than interpreter and canon, which are ahead of it: an abort drops what is queued, so that the mode of the inside stays, and
-LinuxCNC up to 2.9.1 forgets mode and tolerance in motion where the machine is switched off, E-stop included, so that it then rounds corners as G64 without P
-does (tpClear() of tp.c; mended in its pull request 2742).  The codes of RS274NGC_STARTUP_CODE are lost so, too.  renew() sends the mode once more: what an
-inside of ours may have left, before the first code of ours or F word of another program; what LinuxCNC may have forgotten, only where the program has a code of
-ours or a set-up.  Any other program runs as without chipwise (SHADOW).
+Motion may have another mode than interpreter and canon, which are ahead of it: an abort drops what is queued, so that
+the mode of the inside stays, and LinuxCNC up to 2.9.1 forgets mode and tolerance in motion where the machine is
+switched off, E-stop included, so that it then rounds corners as G64 without P does (tpClear() of tp.c; mended in its
+pull request 2742).  The codes of RS274NGC_STARTUP_CODE are lost so, too.  renew() sends the mode once more: what an
+inside of ours may have left, before the first code of ours or F word of another program; what LinuxCNC may have
+forgotten, only where the program has a code of ours or a set-up.  Any other program runs as without chipwise (SHADOW).
 """
 
 import emccanon
@@ -19,19 +20,20 @@ from chipwise.glue import program_run
 from chipwise.moves import CALLERS_PATH, PATH
 from chipwise.pattern import mirroring
 
-_CODES = {610: 61, 611: 61.1, 640: 64}      # by the interpreter's active G-code, which the preview has, too
+_CODES = {610: 61, 611: 61.1, 640: 64}  # by the interpreter's active G-code, which the preview has, too
 
 
 class _Renewal:
-    """inside: whether motion may have the mode of an inside; left: whether it may in another context; due: whether this context has not had its mode yet."""
+    """inside: whether motion may have the mode of an inside; left: whether it may in another context; due: whether this
+    context has not had its mode yet."""
 
     inside = left = due = False
 
 
 def renew(interp, another, ours):
-    """In the task: the mode that interpreter and canon have, for motion, where another context begins.  What is queued before the line that the run starts
-    from is lost, so until that line is known to be behind it is sent again.  another: whether the context begins; ours: whether it has a code of ours or a
-    set-up."""
+    """In the task: the mode that interpreter and canon have, for motion, where another context begins.  What is queued
+    before the line that the run starts from is lost, so until that line is known to be behind it is sent again.
+    another: whether the context begins; ours: whether it has a code of ours or a set-up."""
     if not interp.task:
         return
     _Renewal.due = _Renewal.due or another
@@ -59,7 +61,7 @@ class PathMode:
             self._callers = _callers(self._interp)
         self._changed = line != CALLERS_PATH
         _Renewal.inside = _Renewal.inside or self._changed and bool(self._interp.task)
-        if self._changed:       # the reader of a pattern around this one sees a line by its comment (pattern/runner.py)
+        if self._changed:  # the reader of a pattern around this one sees a line by its comment (pattern/runner.py)
             self._interp.execute(line if mirroring.path is None else line + " (.)")
         else:
             self._put_back()
@@ -82,6 +84,13 @@ def _callers(interp):
         return (f"{path_text(*mirroring.path, unit_mm)} (.)" if mirroring.path else f"({mirroring.CALLERS})",)
     code = next((_CODES[c] for c in interp.active_g_codes if c in _CODES), 64)
     if code == 64:
-        return (path_text(64, emccanon.GET_EXTERNAL_MOTION_CONTROL_TOLERANCE(), emccanon.GET_EXTERNAL_MOTION_CONTROL_NAIVECAM_TOLERANCE(), 1.0),)
+        return (
+            path_text(
+                64,
+                emccanon.GET_EXTERNAL_MOTION_CONTROL_TOLERANCE(),
+                emccanon.GET_EXTERNAL_MOTION_CONTROL_NAIVECAM_TOLERANCE(),
+                1.0,
+            ),
+        )
     # P and Q of the last G64, which the interpreter keeps and shows
     return path_text(64, *list(interp.active_settings)[3:5], 1.0), path_text(code, None, None, 1.0)

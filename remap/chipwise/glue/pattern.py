@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""G75: words -> the fields of a PatternRequest, and the PatternJob of its sub.  Called by codes.py through session.run_cycle."""
+"""G75: words -> the fields of a PatternRequest, and the PatternJob of its sub.  Called by codes.py through
+session.run_cycle."""
 
 import os
 from dataclasses import replace
@@ -15,11 +16,12 @@ from chipwise.pattern.job import DEPTH, PatternJob
 
 WORDS = "qxyzrhlijkp"
 
-_MODES = (0, 10, 20, 30)        # G0 to G3 as the interpreter's motion mode
+_MODES = (0, 10, 20, 30)  # G0 to G3 as the interpreter's motion mode
 
 
 def check_modes(state):
-    """Raise CycleError where a mode is active that G75 does not work in: on a machine without Y those of a lathe count."""
+    """Raise CycleError where a mode is active that G75 does not work in: on a machine without Y those of a lathe
+    count."""
     if "Y" in state.axes():
         state.check_modes()
         return
@@ -37,8 +39,10 @@ def order(state):
         raise CycleError("feed per revolution (G95) is on", "program G94 before")
     number = state.number("p") or 0
     if number and os.environ.get(DEPTH, "0") != "0":
-        raise CycleError(f"station P{number:g} in a sub that is run as a pattern: its place would be moved with the pattern",
-                         "use P in the program itself")
+        raise CycleError(
+            f"station P{number:g} in a sub that is run as a pattern: its place would be moved with the pattern",
+            "use P in the program itself",
+        )
     station = stations.place_of(state, number) if number and not lathe else None
     fields = dict(_fields(state, station), lathe=lathe, station=number)
     fields.update(robot.of(state, station, fields["travel"]))
@@ -48,21 +52,35 @@ def order(state):
         up = station.point(fields["shift"])[2] if stations.is_level(station) else None
     # the orientation of a robot's tool is the station's: its axes are nothing that a sub turns
     letters = "".join(letter for letter in machine if letter in "XYZ" or not state.settings["TOOL_POSE"])
-    fields["abc"] = tuple(getattr(state.interp, 2 * letter + "_current") if letter in letters else 0.0 for letter in "ABC")
+    fields["abc"] = tuple(
+        getattr(state.interp, 2 * letter + "_current") if letter in letters else 0.0 for letter in "ABC"
+    )
     return replace(state.order("pattern", fields, _job(state, up, letters)), axes=machine)
 
 
 def _fields(state, station):
-    """Words of the line -> fields of a PatternRequest (mm, degrees).  station: the Isometry from its coordinates to work coordinates."""
+    """Words of the line -> fields of a PatternRequest (mm, degrees).  station: the Isometry from its coordinates to
+    work coordinates."""
     here = state.position()
-    shift = []          # under G7 the interpreter has halved X
+    shift = []  # under G7 the interpreter has halved X
     for letter, now in zip("xyz", station.back(here) if station else here):
         value = state.length(letter)
         shift.append(0.0 if value is None else now + value if state.incremental else value)
     copies = state.number("l")
-    return dict(shift=tuple(shift), start=here, chord=state.settings["CHORD"], rotation=state.number("r") or 0.0,
-                mirror=state.number("h") or 0, copies=1 if copies is None else copies, in_mirror=mirroring.mirrored, travel=soft_limits.of(state), keep_climb=_keep_climb(state), close_gap=state.settings["CLOSE_GAP"],
-                step=(state.length("i") or 0.0, state.length("j") or 0.0), turn=state.number("k") or 0.0)
+    return dict(
+        shift=tuple(shift),
+        start=here,
+        chord=state.settings["CHORD"],
+        rotation=state.number("r") or 0.0,
+        mirror=state.number("h") or 0,
+        copies=1 if copies is None else copies,
+        in_mirror=mirroring.mirrored,
+        travel=soft_limits.of(state),
+        keep_climb=_keep_climb(state),
+        close_gap=state.settings["CLOSE_GAP"],
+        step=(state.length("i") or 0.0, state.length("j") or 0.0),
+        turn=state.number("k") or 0.0,
+    )
 
 
 def _keep_climb(state):
@@ -71,16 +89,32 @@ def _keep_climb(state):
     if value is None:
         return state.settings["KEEP_CLIMB"]
     if value not in (0.0, 1.0):
-        raise CycleError(f"#<_chipwise_keep_climb> = {value:g} is neither 0 nor 1", "set it to 1 to run closed chains of a mirrored sub backwards")
+        raise CycleError(
+            f"#<_chipwise_keep_climb> = {value:g} is neither 0 nor 1",
+            "set it to 1 to run closed chains of a mirrored sub backwards",
+        )
     return value == 1.0
 
 
 def _job(state, up, letters):
-    """The sub as it would be called here, in a pattern that is shifted up by so much (mm); None: tilted; letters: of the axes it may move."""
+    """The sub as it would be called here, in a pattern that is shifted up by so much (mm); None: tilted; letters: of
+    the axes it may move."""
     interp, params = state.interp, state.interp.params
     turn = (3 if params["_spindle_cw"] else 4) if params["_spindle_on"] else 5
     motion, top = interp.motion_mode, known_stock.top(interp)
-    sub = replace(shape.job(state, shape.sub_number(state)), lathe="Y" not in letters, diameter=bool(params["_lathe_diameter_mode"]))
-    return PatternJob(sub, mirrored=mirroring.mirrored, axes=letters, per_rev=interp.feed_mode != 0, orientation=interp.tool_table[0].orientation,
-                      spindle=(turn, float(interp.speed[0])), coolant=(bool(params["_mist"]), bool(params["_flood"])),
-                      motion=motion // 10 if motion in _MODES else 0, stock_top=None if top is None or up is None else top - up)
+    sub = replace(
+        shape.job(state, shape.sub_number(state)),
+        lathe="Y" not in letters,
+        diameter=bool(params["_lathe_diameter_mode"]),
+    )
+    return PatternJob(
+        sub,
+        mirrored=mirroring.mirrored,
+        axes=letters,
+        per_rev=interp.feed_mode != 0,
+        orientation=interp.tool_table[0].orientation,
+        spindle=(turn, float(interp.speed[0])),
+        coolant=(bool(params["_mist"]), bool(params["_flood"])),
+        motion=motion // 10 if motion in _MODES else 0,
+        stock_top=None if top is None or up is None else top - up,
+    )

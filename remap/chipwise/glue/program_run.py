@@ -4,8 +4,8 @@
 Called by session.begin() before a code or the remapped F does anything.  What ends:
     - named parameters of ours (named.py): what a run has not set itself counts as not set;
     - the volumetric feed (volumetric.begin): M251 ends with its program, and in MDI when a program starts.
-LinuxCNC calls no Python where a program begins or ends, so this is done by the first code of ours in it; the F word is one.
-In the preview, whose interpreter is new each time, there is nothing to do.
+LinuxCNC calls no Python where a program begins or ends, so this is done by the first code of ours in it; the F word is
+one.  In the preview, whose interpreter is new each time, there is nothing to do.
 
 skipped() is True for the lines that run from line only reads over.
 """
@@ -21,7 +21,8 @@ MDI, PROGRAM = "MDI", "program"
 
 
 class _Context:
-    """kind: MDI, PROGRAM or None at first; start: task.start_line() of a program, seen: task.seen() then; line: of the main program."""
+    """kind: MDI, PROGRAM or None at first; start: task.start_line() of a program, seen: task.seen() then; line: of the
+    main program."""
 
     kind = None
     start = 0

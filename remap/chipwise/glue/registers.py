@@ -12,10 +12,12 @@ import emccanon
 
 from chipwise.clib import layout
 
+
 class InForce:
     """What M250 and M251 have left in force, as far as the interpreter knows.
 
-    feed        M251 is on; feed_of_mdi: it was given in MDI; loaded: the program that was loaded then; ceiling: its ceiling (mm/min), None: F
+    feed        M251 is on; feed_of_mdi: it was given in MDI; loaded: the program that was loaded then; ceiling: its
+                ceiling (mm/min), None: F
     feed_carried    M251 of MDI goes on in the program that runs, if the realtime side says so, too; it is to be asked
     feed_left   it has ended, and the realtime side does not know yet
     box         (low, high, shape, turn) of the last M250, None where the stock came from a file
@@ -52,8 +54,8 @@ def mode_now(settings):
 
 
 def job_now(settings):
-    """(ceiling in times F, 0 without a set-up; whether it waits for adaptive feed; whether it is in force; whether its feeds above the stock are free) of
-    the loaded program, now."""
+    """(ceiling in times F, 0 without a set-up; whether it waits for adaptive feed; whether it is in force; whether its
+    feeds above the stock are free) of the loaded program, now."""
     value = status_value(settings)
     waits, active, air = (_has(value, bit) for bit in (layout.STATUS_WAITS, layout.STATUS_ACTIVE, layout.STATUS_AIR))
     return value % round(layout.STATUS_WAITS) // layout.STATUS_JOB / 100, waits, active, air
@@ -72,5 +74,8 @@ def _has(status, bit):
 def status_now(state):
     """(mode, stock is defined, fault code) of the realtime side, now; (0, False, 0) where it is not there."""
     value = status_value(state.settings)
-    return (value % layout.STATUS_STOCK, value // layout.STATUS_STOCK % 10 == 1,
-            value % layout.STATUS_REPLY // layout.STATUS_FAULT)
+    return (
+        value % layout.STATUS_STOCK,
+        value // layout.STATUS_STOCK % 10 == 1,
+        value % layout.STATUS_REPLY // layout.STATUS_FAULT,
+    )

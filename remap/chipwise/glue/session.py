@@ -24,11 +24,12 @@ from chipwise.glue.ceiling import restore_programmed
 from chipwise.glue.state import State
 from chipwise.glue.task_share import TaskShare, hand_over
 
-NO_O_WORD = 0           # O_none of LinuxCNC's interp_internal.hh
+NO_O_WORD = 0  # O_none of LinuxCNC's interp_internal.hh
 
 
 def begin(interp, words, ours=True):
-    """Before anything else: what the program before, or MDI, has left ends; the program's own F.  ours: whether the line has a code of ours."""
+    """Before anything else: what the program before, or MDI, has left ends; the program's own F.  ours: whether the
+    line has a code of ours."""
     another = program_run.enter(interp, words)
     if another:
         known_stock.forget(interp)
@@ -89,14 +90,14 @@ def run_cycle(interp, code, kwargs, order_of, check=State.check_modes, do=carry_
     check     function of a State that refuses modes
     do        generator function that executes the Outcome
     rests     function of a State that says whether the machine has to be at rest before the order; None: never
-    Yields INTERP_EXECUTE_FINISH for each wait (task_share.py) and in the end INTERP_OK or, with the message set, INTERP_ERROR:
-    never an exception, never a traceback.
+    Yields INTERP_EXECUTE_FINISH for each wait (task_share.py) and in the end INTERP_OK or, with the message set,
+    INTERP_ERROR:  never an exception, never a traceback.
     """
     try:
         turn = TaskShare(interp)
         begin(interp, kwargs)
         named.check_known(interp)
-        if program_run.skipped():       # what is queued before a wait would be executed
+        if program_run.skipped():  # what is queued before a wait would be executed
             yield INTERP_OK
             return
         state = State(interp, code, kwargs)
@@ -144,9 +145,10 @@ def run_steps(interp, code, kwargs, steps):
 def done(interp):
     """INTERP_OK, of a remap that is carried out.
 
-    LinuxCNC goes on with the rest of the line.  If that waits (G38, M6, M66) in a sub of MDI, it executes the call of the remap once more behind the
-    wait, without the line it belongs to, and its task crashes (interp_o_word.cc, execute_call; rs274ngc_pre.cc, _execute with mdi_interrupt).  So the
-    call is taken away: a block without an O word does nothing there.
+    LinuxCNC goes on with the rest of the line.  If that waits (G38, M6, M66) in a sub of MDI, it executes the call of
+    the remap once more behind the wait, without the line it belongs to, and its task crashes (interp_o_word.cc,
+    execute_call; rs274ngc_pre.cc, _execute with mdi_interrupt).  So the call is taken away: a block without an O word
+    does nothing there.
     """
     if program_run.is_mdi():
         interp.blocks[0].o_type = NO_O_WORD
@@ -157,7 +159,7 @@ def refuse(interp, code, kwargs, error):
     """Any exception -> the operator's message, with the line; returns INTERP_ERROR."""
     try:
         text = message_of(interp, code, error)
-    except Exception as failure:        # the path of all other errors: whatever happens there, the code is named
+    except Exception as failure:  # the path of all other errors: whatever happens there, the code is named
         text = f"chipwise: {code}: internal error: {type(failure).__name__}"
     interp.set_errormsg(clip(text, place(interp, kwargs)))
     return INTERP_ERROR
@@ -178,7 +180,7 @@ def message_of(interp, code, error):
 
 
 def place(interp, kwargs):
-    """" (line 12)", " (line 5 of 100.ngc)" in a sub's own file, "" in MDI.
+    """ " (line 12)", " (line 5 of 100.ngc)" in a sub's own file, "" in MDI.
 
     AXIS and LinuxCNC name the line they have read last, which is another one when a cycle refuses.
     """
@@ -187,17 +189,17 @@ def place(interp, kwargs):
         if line <= 0:
             return ""
         level = interp.call_level
-        if level <= 1 and program_run.is_mdi():     # the number of the line that was read last
+        if level <= 1 and program_run.is_mdi():  # the number of the line that was read last
             return ""
         if level > 0 and interp.sub_context[0].filename not in ("", interp.filename):
             return printable(f" (line {line} of {os.path.basename(interp.filename)})")
         return f" (line {line})"
-    except Exception:                   # a name that is not UTF-8
+    except Exception:  # a name that is not UTF-8
         return f" (line {line})" if kwargs.get("n", 0) > 0 else ""
 
 
 try:
     if task.is_here():
-        client.start()     # it takes half a second to come up; LinuxCNC is starting, too.  A preview may need none
+        client.start()  # it takes half a second to come up; LinuxCNC is starting, too.  A preview may need none
 except OSError:
-    pass                # the first cycle says so
+    pass  # the first cycle says so

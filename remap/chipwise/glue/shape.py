@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The contour sub of a line's Q word, as the interpreter would run it there.  Called by glue/contour.py, glue/pocket.py.
+"""The contour sub of a line's Q word, as the interpreter would run it there.  Called by glue/contour.py,
+glue/pocket.py.
 
 The planner reads it by contour_sub/read.py; here stands only what the sub may read of the interpreter that calls it.
 """
@@ -12,8 +13,8 @@ from chipwise.glue import named
 from chipwise.glue.state import path_of
 from chipwise import ini
 
-NUMBERED = range(31, 5400)      # user parameters, probe results, homes, coordinate systems; 1 to 30 are the sub's own
-COUNTING = ("_line", "_call_level", "_remap_level", "_task")     # LinuxCNC's own, other at every call and never handed on
+NUMBERED = range(31, 5400)  # user parameters, probe results, homes, coordinate systems; 1 to 30 are the sub's own
+COUNTING = ("_line", "_call_level", "_remap_level", "_task")  # LinuxCNC's own, other at every call and never handed on
 
 
 def sub_number(state):
@@ -32,11 +33,20 @@ def job(state, sub):
     names = [name for name in named.global_names(interp) if name not in COUNTING and not set("[>") & set(name)]
     tool = interp.tool_table[0]
     return Job(
-        program=tuple(_programs(interp)), sub=sub, ini=ini.file_name(), unit=state.unit, incremental=state.incremental,
-        ijk_absolute=interp.ijk_distance_mode == 0, position=state.position(), feed=interp.feed_rate,
-        machine_unit=1.0 / emccanon.GET_EXTERNAL_LENGTH_UNITS(), tool=(tool.toolno, tool.diameter),
+        program=tuple(_programs(interp)),
+        sub=sub,
+        ini=ini.file_name(),
+        unit=state.unit,
+        incremental=state.incremental,
+        ijk_absolute=interp.ijk_distance_mode == 0,
+        position=state.position(),
+        feed=interp.feed_rate,
+        machine_unit=1.0 / emccanon.GET_EXTERNAL_LENGTH_UNITS(),
+        tool=(tool.toolno, tool.diameter),
         numbered=tuple((n, interp.params[n]) for n in NUMBERED if interp.params[n] != 0.0),
-        named=tuple((name, interp.params[name]) for name in sorted(names)), close_gap=state.settings["CLOSE_GAP"])
+        named=tuple((name, interp.params[name]) for name in sorted(names)),
+        close_gap=state.settings["CLOSE_GAP"],
+    )
 
 
 def _programs(interp):
@@ -45,6 +55,6 @@ def _programs(interp):
     for level in range(interp.call_level, -1, -1):
         try:
             seen.append(interp.sub_context[level].filename)
-        except Exception:   # not offered by every version, or a path that is not UTF-8
+        except Exception:  # not offered by every version, or a path that is not UTF-8
             break
     return dict.fromkeys(path for path in seen if path)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What of the machine limits a pattern or a turned part: soft limits, and where work coordinates lie.  Called by glue/pattern.py, glue/turning.py.
+"""What of the machine limits a pattern or a turned part: soft limits, and where work coordinates lie.  Called by
+glue/pattern.py, glue/turning.py.
 
 Only in the task: a preview, `chipwise try` and `chipwise check` may have other work offsets than the machine.
 """
@@ -23,9 +24,15 @@ def of(state):
     c, s = math.cos(angle), math.sin(angle)
     tip = state.machine_point((0.0, 0.0, 0.0))
     rotary = zip(limits.rotary_limits(path), ("AA", "BB", "CC"))
-    return {"rotary": tuple((*limit, getattr(state.interp, f"{axis}_origin_offset") + getattr(state.interp, f"{axis}_axis_offset")) for limit, axis in rotary),
-            "matrix": ((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)),
-            "shift": tuple(a + b for a, b in zip(tip, tool_offset(state))), "limits": limits.axis_limits(path)}
+    return {
+        "rotary": tuple(
+            (*limit, getattr(state.interp, f"{axis}_origin_offset") + getattr(state.interp, f"{axis}_axis_offset"))
+            for limit, axis in rotary
+        ),
+        "matrix": ((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)),
+        "shift": tuple(a + b for a, b in zip(tip, tool_offset(state))),
+        "limits": limits.axis_limits(path),
+    }
 
 
 def lathe(state):
@@ -39,5 +46,11 @@ def lathe(state):
 
 def tool_offset(state):
     """X, Y and Z of G43, mm."""
-    return [state.unit_mm * value for value in (
-        emccanon.GET_EXTERNAL_TOOL_LENGTH_XOFFSET(), emccanon.GET_EXTERNAL_TOOL_LENGTH_YOFFSET(), emccanon.GET_EXTERNAL_TOOL_LENGTH_ZOFFSET())]
+    return [
+        state.unit_mm * value
+        for value in (
+            emccanon.GET_EXTERNAL_TOOL_LENGTH_XOFFSET(),
+            emccanon.GET_EXTERNAL_TOOL_LENGTH_YOFFSET(),
+            emccanon.GET_EXTERNAL_TOOL_LENGTH_ZOFFSET(),
+        )
+    ]

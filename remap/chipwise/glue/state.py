@@ -23,7 +23,8 @@ from chipwise.tool_data.geometry import tool_geometry
 COMMON_WORDS = "fst"
 ALL_WORDS = "abcdefhijklpqrstuvwxyz"
 
-# A table in inches gives 3 mm as 2.9999999999998: where a pocket has several starts that are as good, the rounding would choose.
+# A table in inches gives 3 mm as 2.9999999999998: where a pocket has several starts that are as good, the rounding
+# would choose.
 DIAMETER_DECIMALS = 9
 
 _INVERSE_TIME, _UNITS_PER_REVOLUTION = 1, 2  # interp_internal.hh: FEED_MODE
@@ -54,15 +55,25 @@ class State:
 
     def order(self, cycle, fields, job=None):
         """The Order of this cycle: a function of planner/plans.py, the fields of its request, the Job of its sub."""
-        return Order(cycle=cycle, code=self.code, fields=dict(fields, most_moves=self.settings["PLAN_MOVES"]), job=job,
-                     unit=self.unit, unit_mm=self.unit_mm, start=self.position(),
-                     memory_mb=self.settings["PLAN_MEMORY"], report=bool(self.interp.task and report.path()),
-                     targets=preview.wants_targets(), clamps=None if cycle == "turning" else clamps.asked(self))
+        return Order(
+            cycle=cycle,
+            code=self.code,
+            fields=dict(fields, most_moves=self.settings["PLAN_MOVES"]),
+            job=job,
+            unit=self.unit,
+            unit_mm=self.unit_mm,
+            start=self.position(),
+            memory_mb=self.settings["PLAN_MEMORY"],
+            report=bool(self.interp.task and report.path()),
+            targets=preview.wants_targets(),
+            clamps=None if cycle == "turning" else clamps.asked(self),
+        )
 
     # ---- modes ----------------------------------------------------------------------------------------------
 
     def check_modes(self):
-        """Raise CycleError where a mode is active that no cycle of a mill works in.  (G53 on the line: LinuxCNC's own error.)"""
+        """Raise CycleError where a mode is active that no cycle of a mill works in.  (G53 on the line: LinuxCNC's own
+        error.)"""
         interp = self.interp
         if interp.plane != emccanon.CANON_PLANE.CANON_PLANE_XY:
             raise CycleError("the plane is not G17", "program G17 before")
@@ -99,14 +110,17 @@ class State:
         return self.interp.blocks[self.interp.remap_level]
 
     def check_words(self, allowed, remedy=""):
-        """Raise CycleError for a word on the line that is not in `allowed` (lower-case letters); remedy: what they are, if that helps.
+        """Raise CycleError for a word on the line that is not in `allowed` (lower-case letters); remedy: what they are,
+        if that helps.
 
         LinuxCNC leaves this to the remap: words outside argspec are dropped in silence.
         """
         block = self._block()
         for letter in ALL_WORDS:
             if letter not in allowed and letter not in COMMON_WORDS and getattr(block, letter + "_flag"):
-                raise CycleError(f"word {letter.upper()} is not used here", remedy or f"words are {' '.join(allowed.upper() + 'F')}")
+                raise CycleError(
+                    f"word {letter.upper()} is not used here", remedy or f"words are {' '.join(allowed.upper() + 'F')}"
+                )
 
     def has_any(self, letters):
         """Whether one of these words is on the line, also outside argspec."""
@@ -151,12 +165,16 @@ class State:
         As canon does: the G92 offset, then the G10 L2 R rotation, then the offset of the coordinate system.
         """
         interp, unit = self.interp, self.unit_mm
-        x, y, z = (value + unit * shift for value, shift in
-                   zip(point, (interp.axis_offset_x, interp.axis_offset_y, interp.axis_offset_z)))
+        x, y, z = (
+            value + unit * shift
+            for value, shift in zip(point, (interp.axis_offset_x, interp.axis_offset_y, interp.axis_offset_z))
+        )
         angle = math.radians(interp.rotation_xy)
         turned = x * math.cos(angle) - y * math.sin(angle), x * math.sin(angle) + y * math.cos(angle), z
-        return tuple(value + unit * shift for value, shift in
-                     zip(turned, (interp.origin_offset_x, interp.origin_offset_y, interp.origin_offset_z)))
+        return tuple(
+            value + unit * shift
+            for value, shift in zip(turned, (interp.origin_offset_x, interp.origin_offset_y, interp.origin_offset_z))
+        )
 
     def heights(self):
         """(clearance plane, final depth) from R and Z: mm, absolute.  G91: R from current Z, Z from R."""
@@ -173,8 +191,11 @@ class State:
     def feed_per_minute(self):
         """F in force, mm/min.  CycleError in other feed modes than G94."""
         if self.interp.feed_mode in (_INVERSE_TIME, _UNITS_PER_REVOLUTION):
-            raise CycleError(f"G{93 if self.interp.feed_mode == _INVERSE_TIME else 95} is on, and the rate of a cut I, J needs a feed per minute",
-                             "program G94 before, or give Q")
+            raise CycleError(
+                f"G{93 if self.interp.feed_mode == _INVERSE_TIME else 95} is on, and the rate of a cut I, J needs a "
+                f"feed per minute",
+                "program G94 before, or give Q",
+            )
         return self.interp.feed_rate * self.unit_mm
 
     def feeds(self):
@@ -184,20 +205,27 @@ class State:
         """
         feed = self.interp.feed_rate * self.unit_mm
         plunge_feed = self.length("e")
-        return {"feed": feed, "plunge_feed": feed / 2 if plunge_feed is None else plunge_feed,
-                "feed_per": "rev" if self.interp.feed_mode == _UNITS_PER_REVOLUTION else "min"}
+        return {
+            "feed": feed,
+            "plunge_feed": feed / 2 if plunge_feed is None else plunge_feed,
+            "feed_per": "rev" if self.interp.feed_mode == _UNITS_PER_REVOLUTION else "min",
+        }
 
     # ---- tool and settings ----------------------------------------------------------------------------------
 
     def tool_diameter(self):
-        """Diameter (mm) of the tool in the spindle, to DIAMETER_DECIMALS.  The tool table is in machine units, whatever G20/G21 says."""
+        """Diameter (mm) of the tool in the spindle, to DIAMETER_DECIMALS.  The tool table is in machine units, whatever
+        G20/G21 says."""
         tool = self.interp.tool_table[0]
         if tool.toolno <= 0:
             raise CycleError("no tool is in the spindle", "load one with T.. M6")
         diameter = round(tool.diameter / emccanon.GET_EXTERNAL_LENGTH_UNITS(), DIAMETER_DECIMALS)
         if not diameter > 0:
-            raise CycleError(f"tool {tool.toolno} has a diameter of {{d}}, which is not above 0",
-                             "give it a D in the tool table", d=diameter)
+            raise CycleError(
+                f"tool {tool.toolno} has a diameter of {{d}}, which is not above 0",
+                "give it a D in the tool table",
+                d=diameter,
+            )
         return diameter
 
     def flute_length(self):
@@ -208,8 +236,8 @@ class State:
     def depth_step(self):
         """For a request: J or, without it, the flute length and the top of the stock (mm), each None where unknown.
 
-        No pass is deeper in the stock than the cutting edge.  Source: CN105492980 [0010]: only the edge cuts, the shank above it
-        does not.
+        No pass is deeper in the stock than the cutting edge.  Source: CN105492980 [0010]: only the edge cuts, the shank
+        above it does not.
         """
         word = self.length("j")
         if word is not None:
@@ -228,15 +256,19 @@ class State:
         word = self.number("h")
         if word is not None:
             if word != 0:
-                raise CycleError(f"word H{word:g} is not H0",
-                                 "H0 means do not chop; the chop size is #<_chipwise_chop_size>")
+                raise CycleError(
+                    f"word H{word:g} is not H0", "H0 means do not chop; the chop size is #<_chipwise_chop_size>"
+                )
             return 0.0
         size = self.parameter("_chipwise_chop_size")
         if size is None:
             return self.settings["CHOP_SIZE"]
         if not math.isfinite(size) or size < 0:
-            raise CycleError("chop size {h} is negative", "set #<_chipwise_chop_size> to 0 (never chop) or more",
-                             h=size * self.unit_mm)
+            raise CycleError(
+                "chop size {h} is negative",
+                "set #<_chipwise_chop_size> to 0 (never chop) or more",
+                h=size * self.unit_mm,
+            )
         return size * self.unit_mm
 
     def approach_angle(self):
@@ -248,13 +280,18 @@ class State:
         return self._angle("ramp")
 
     def seam_overlap(self):
-        """How far a finished wall is run on over its start (mm): #<_chipwise_seam_overlap> in program units, else [CHIPWISE]SEAM_OVERLAP."""
+        """How far a finished wall is run on over its start (mm): #<_chipwise_seam_overlap> in program units, else
+        [CHIPWISE]SEAM_OVERLAP."""
         length, most = self.parameter("_chipwise_seam_overlap"), MAX_SEAM_OVERLAP
         if length is None:
             return self.settings["SEAM_OVERLAP"]
         if not 0.0 <= length * self.unit_mm <= most:
-            raise CycleError("seam overlap {o} is not a length from 0 to {most}", "set #<_chipwise_seam_overlap> to a length in that range",
-                             o=length * self.unit_mm, most=most)
+            raise CycleError(
+                "seam overlap {o} is not a length from 0 to {most}",
+                "set #<_chipwise_seam_overlap> to a length in that range",
+                o=length * self.unit_mm,
+                most=most,
+            )
         return length * self.unit_mm
 
     def to_and_fro(self):
@@ -263,7 +300,10 @@ class State:
         if value is None:
             return self.settings["TO_AND_FRO"]
         if value not in (0.0, 1.0):
-            raise CycleError(f"#<_chipwise_to_and_fro> = {value:g} is neither 0 nor 1", "set it to 1 to rough open contours in both directions")
+            raise CycleError(
+                f"#<_chipwise_to_and_fro> = {value:g} is neither 0 nor 1",
+                "set it to 1 to rough open contours in both directions",
+            )
         return value == 1.0
 
     def _angle(self, kind):
@@ -273,8 +313,10 @@ class State:
         if angle is None:
             return self.settings[f"{kind.upper()}_ANGLE"]
         if not MIN_ANGLE <= angle <= 90:
-            raise CycleError(f"{kind} angle {angle:g} is not from {MIN_ANGLE:g} to 90 degrees",
-                             f"set #<{name}> to an angle in that range")
+            raise CycleError(
+                f"{kind} angle {angle:g} is not from {MIN_ANGLE:g} to 90 degrees",
+                f"set #<{name}> to an angle in that range",
+            )
         return angle
 
     def turns_clockwise(self):

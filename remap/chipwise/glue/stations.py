@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """M255: teach a point of a station.  And the place of a station for G75 (word P).
 
-Called by codes.py through session.run_steps, and by glue/pattern.py.  In the preview nothing is taught.  What needs numpy is imported when
-a station is used: LinuxCNC's task must not load it for every machine.
+Called by codes.py through session.run_steps, and by glue/pattern.py.  In the preview nothing is taught.  What needs
+numpy is imported when a station is used: LinuxCNC's task must not load it for every machine.
 """
 
 import math
@@ -13,10 +13,10 @@ from chipwise.errors import CycleError
 from chipwise.glue import program_run
 from chipwise.stations import ORIGIN, ON_X, ON_Y, store
 
-PROBED = (5061, 5062, 5063)         # parameters: where the last G38 has found something, and
-PROBE_DONE = 5070                   # whether it has
-TYPICAL_ERROR = 0.01                # mm a taught point may be off, for the message; edge finders and probes are so good
-_LEVEL = 1e-9                       # of a direction's horizontal part
+PROBED = (5061, 5062, 5063)  # parameters: where the last G38 has found something, and
+PROBE_DONE = 5070  # whether it has
+TYPICAL_ERROR = 0.01  # mm a taught point may be off, for the message; edge finders and probes are so good
+_LEVEL = 1e-9  # of a direction's horizontal part
 
 
 def teach(state):
@@ -31,14 +31,15 @@ def teach(state):
         return
     if program_run.skipped() or program_run.may_be_skipped():
         emccanon.MESSAGE("chipwise: M255: run from line skips this line, so the station stays as it is")
-        yield                       # without one the message is thrown away with all that the line has queued
+        yield  # without one the message is thrown away with all that the line has queued
         return
-    yield                           # the tool gets there
+    yield  # the tool gets there
     from chipwise.stations import frame
+
     place = state.machine_point(_probed(state) if how else state.position())
     path = state.settings.path("STATIONS")
     frame.check_point(point, place)
-    kept = {} if point == ORIGIN else store.load(path).get(station, {})       # old points do not belong to a new origin
+    kept = {} if point == ORIGIN else store.load(path).get(station, {})  # old points do not belong to a new origin
     points = {**kept, point: place}
     made = frame.frame_of(points) if {ORIGIN, ON_X, ON_Y} <= set(points) else None
     store.teach(path, station, point, place, anew=point == ORIGIN)
@@ -52,7 +53,10 @@ def _whole(state, letter, meaning, most):
     if value is None:
         raise CycleError(f"word {letter.upper()} ({meaning}) is missing", f"add {letter.upper()}")
     if value not in range(1, most + 1):
-        raise CycleError(f"{meaning} {letter.upper()}{value:g} is not from 1 to {most}", f"use {letter.upper()}1 to {letter.upper()}{most}")
+        raise CycleError(
+            f"{meaning} {letter.upper()}{value:g} is not from 1 to {most}",
+            f"use {letter.upper()}1 to {letter.upper()}{most}",
+        )
     return int(value)
 
 
@@ -72,14 +76,20 @@ def _taught(station, point, points, made):
         return CycleError(f"{what}; point {' and '.join(map(str, missing))} to come", code="M255")
     worst = max(made.predicted_error(made.local(place), TYPICAL_ERROR) for _, place in made.points)
     checked = "residual {residual}" if len(made.points) > 3 else "a fourth point would check it"
-    return CycleError(f"{what}; tilt {made.tilt:.3f} degrees, {checked}; points that are {{typical}} off move it by up to {{worst}}", code="M255",
-                      residual=max(map(abs, made.residuals.values())), typical=TYPICAL_ERROR, worst=worst)
+    return CycleError(
+        f"{what}; tilt {made.tilt:.3f} degrees, {checked}; points that are {{typical}} off move it by up to {{worst}}",
+        code="M255",
+        residual=max(map(abs, made.residuals.values())),
+        typical=TYPICAL_ERROR,
+        worst=worst,
+    )
 
 
 def place_of(state, number):
     """The Isometry from coordinates of a station to work coordinates."""
     from chipwise.pattern.isometry import Isometry
     from chipwise.stations import frame
+
     if number not in range(1, store.MAX_STATION + 1):
         raise CycleError(f"station P{number:g} is not from 1 to {store.MAX_STATION}", "use P0 or leave P out for none")
     points = store.load(state.settings.path("STATIONS")).get(int(number))

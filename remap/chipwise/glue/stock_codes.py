@@ -23,12 +23,12 @@ from chipwise.clib import layout
 from chipwise.stock import reasons, turn_request
 from chipwise.clib.layout import Fault, Register
 
-FILL_TRIES, FILL_WAIT_S = 100, 0.05     # the map is filled a part per servo period:
-FILL_CELLS = 100_000                    # so many in a try at least (tracker.h: 12000 a period, stock.c: a quarter of turned ones)
-TOOL_FAULTS = range(Fault.TOOL_DIAMETER, Fault.NO_MONITOR + 1)      # of the tool, not of the stock; M250 may come before M6
-FILE_S, FILE_WAIT_S = 30.0, 0.05         # the monitor reads or writes a file meanwhile
-REFUSED = range(Fault.BOX_NOT_FINITE, Fault.BOX_TOO_LARGE + 1)      # of the last request
-SAME_MM, SAME_DEG = 1e-6, 1e-9          # boxes that differ by less are the same
+FILL_TRIES, FILL_WAIT_S = 100, 0.05  # the map is filled a part per servo period:
+FILL_CELLS = 100_000  # so many in a try at least (tracker.h: 12000 a period, stock.c: a quarter of turned ones)
+TOOL_FAULTS = range(Fault.TOOL_DIAMETER, Fault.NO_MONITOR + 1)  # of the tool, not of the stock; M250 may come before M6
+FILE_S, FILE_WAIT_S = 30.0, 0.05  # the monitor reads or writes a file meanwhile
+REFUSED = range(Fault.BOX_NOT_FINITE, Fault.BOX_TOO_LARGE + 1)  # of the last request
+SAME_MM, SAME_DEG = 1e-6, 1e-9  # boxes that differ by less are the same
 
 
 def define_stock(state):
@@ -43,10 +43,10 @@ def define_stock(state):
         preview.stock(state.line_number, low, high, shape, turn)
         return
     if _run_from_line_keeps_stock(state, (low, high, shape, turn)):
-        yield                       # without one the message is thrown away with all that the line has queued
+        yield  # without one the message is thrown away with all that the line has queued
         return
     if state.settings["KEEP_STOCK"]:
-        yield                       # until the machine is here: what is cut before belongs to the stock before
+        yield  # until the machine is here: what is cut before belongs to the stock before
         _forget_kept(state.settings)
     units = emccanon.GET_EXTERNAL_LENGTH_UNITS()
     send(state, Register.BOX_SHAPE, [shape, turn], Register.IDLE)
@@ -59,17 +59,20 @@ def define_stock(state):
         if defined or fault and fault not in TOOL_FAULTS:
             break
     emccanon.SET_AUX_OUTPUT_VALUE(state.settings["ANALOG_OUT"], Register.IDLE)
-    if not defined or fault in REFUSED:         # what is defined may be the old stock
-        yield                       # an error throws away what is queued: the request would stand, and be served later
-        raise CycleError(f"the stock tracker has refused the stock (fault {fault})",
-                         "see its message; without one, load chipwise.hal ([HAL]HALFILE); where chipwise-monitor has "
-                         "died start `chipwise monitor` again")
+    if not defined or fault in REFUSED:  # what is defined may be the old stock
+        yield  # an error throws away what is queued: the request would stand, and be served later
+        raise CycleError(
+            f"the stock tracker has refused the stock (fault {fault})",
+            "see its message; without one, load chipwise.hal ([HAL]HALFILE); where chipwise-monitor has "
+            "died start `chipwise monitor` again",
+        )
     InForce.box, InForce.stock_here = (low, high, shape, turn), True
 
 
 def _forget_kept(settings):
-    """What is saved of the stock before must not come back after a power loss, even if no chipwise-monitor runs that could remove it."""
-    with contextlib.suppress(OSError):          # the monitor tries it again, and tells the operator
+    """What is saved of the stock before must not come back after a power loss, even if no chipwise-monitor runs that
+    could remove it."""
+    with contextlib.suppress(OSError):  # the monitor tries it again, and tells the operator
         files.remove_durable(os.path.join(settings.path("STOCK_DIR"), files.JOURNAL))
 
 
@@ -77,7 +80,8 @@ _START_BEFORE = "start the program at this line or before"
 
 
 def _run_from_line_keeps_stock(state, box=None):
-    """Run from line executes M250 and M254 of the lines it reads over, and would make a whole block of a part that is cut.
+    """Run from line executes M250 and M254 of the lines it reads over, and would make a whole block of a part that is
+    cut.
 
     -> True where the line is read over, and the stock in force stays.  Raises CycleError where that is not the stock of
     this line (box: low, high, shape, turn; None for M254), or where it cannot be known and there is a stock to lose.
@@ -88,25 +92,34 @@ def _run_from_line_keeps_stock(state, box=None):
     same = box is None or InForce.box is None or _same_box(box, InForce.box)
     if program_run.may_be_skipped():
         if defined and same:
-            raise CycleError("chipwise cannot tell whether run from line executes or skips this line, and a "
-                             "stock is in force", "run the program again, or give this line in MDI")
+            raise CycleError(
+                "chipwise cannot tell whether run from line executes or skips this line, and a stock is in force",
+                "run the program again, or give this line in MDI",
+            )
         return False
     if not defined:
-        raise CycleError("run from line skips this line and no stock is defined",
-                         f"give it in MDI, or restore the stock with M254, or {_START_BEFORE}")
-    if not same and program_run.stock_is_defined_again(state.interp):     # that line decides
+        raise CycleError(
+            "run from line skips this line and no stock is defined",
+            f"give it in MDI, or restore the stock with M254, or {_START_BEFORE}",
+        )
+    if not same and program_run.stock_is_defined_again(state.interp):  # that line decides
         return True
     if not same:
-        raise CycleError("run from line skips this line, and the stock in force is a different one",
-                         f"give this line in MDI, or restore the stock with M254, or {_START_BEFORE}")
+        raise CycleError(
+            "run from line skips this line, and the stock in force is a different one",
+            f"give this line in MDI, or restore the stock with M254, or {_START_BEFORE}",
+        )
     emccanon.MESSAGE(f"chipwise: {state.code}: run from line skips this line, so the stock stays as it is")
     InForce.stock_here = True
     return True
 
 
 def _same_box(first, second):
-    return first[2] == second[2] and abs(first[3] - second[3]) < SAME_DEG and all(
-        abs(a - b) < SAME_MM for one, other in zip(first[:2], second[:2]) for a, b in zip(one, other))
+    return (
+        first[2] == second[2]
+        and abs(first[3] - second[3]) < SAME_DEG
+        and all(abs(a - b) < SAME_MM for one, other in zip(first[:2], second[:2]) for a, b in zip(one, other))
+    )
 
 
 def _slot(state, words="p"):
@@ -136,7 +149,8 @@ def _wait_for(state, answered):
 
 
 def request(state, number, commit, failed):
-    """M253, M254, M256: have the monitor do something with the file of a slot or a set-up, and wait for it.  failed: what is said if it did not."""
+    """M253, M254, M256: have the monitor do something with the file of a slot or a set-up, and wait for it.  failed:
+    what is said if it did not."""
     if not state.interp.task:
         return
     emccanon.SET_AUX_OUTPUT_VALUE(state.settings["ANALOG_OUT"], Register.IDLE)
@@ -146,11 +160,12 @@ def request(state, number, commit, failed):
         reply = yield from _wait_for(state, lambda now: now not in (reasons.IDLE, reasons.BUSY))
     emccanon.SET_AUX_OUTPUT_VALUE(state.settings["ANALOG_OUT"], Register.IDLE)
     if reply != reasons.DONE:
-        yield                       # as in define_stock()
+        yield  # as in define_stock()
     if reply is None:
-        raise CycleError(f"{failed}: chipwise-monitor gave no answer within "
-                         f"{FILE_S:g} s", "load chipwise.hal ([HAL]HALFILE); if it has died start "
-                         "`chipwise monitor` again")
+        raise CycleError(
+            f"{failed}: chipwise-monitor gave no answer within {FILE_S:g} s",
+            "load chipwise.hal ([HAL]HALFILE); if it has died start `chipwise monitor` again",
+        )
     if reply != reasons.DONE:
         problem, remedy = reasons.REASONS.get(reply, (f"reason {reply}", "see the log"))
         raise CycleError(f"{failed}: {problem}", remedy)
@@ -174,24 +189,42 @@ def _turn(state, slot):
     """Words R H I J K of M254 -> a turn_request.TurnRequest, None for the stock as it was saved."""
     dropped = [letter.upper() for letter in TURN_WORDS if state.has_any(letter) and state.number(letter) is None]
     if dropped:
-        raise CycleError(f"word {dropped[0]} does not reach chipwise", "write argspec=prhijkN in the line REMAP = M254 of the INI file")
+        raise CycleError(
+            f"word {dropped[0]} does not reach chipwise",
+            "write argspec=prhijkN in the line REMAP = M254 of the INI file",
+        )
     if not state.has_any(TURN_WORDS):
         return None
     half_turn, axis = state.number("r"), state.number("h")
     if half_turn != 180:
-        raise CycleError("H, I, J and K are words of a part that was turned over, and R180 is missing" if half_turn is None else
-                         f"R{half_turn:g} is not half a turn", "use R180 for a part that was turned over, or give P alone")
+        raise CycleError(
+            "H, I, J and K are words of a part that was turned over, and R180 is missing"
+            if half_turn is None
+            else f"R{half_turn:g} is not half a turn",
+            "use R180 for a part that was turned over, or give P alone",
+        )
     if axis not in (1, 2):
-        raise CycleError("word H (axis that the part was turned about) is missing" if axis is None else f"axis H{axis:g} is neither 1 nor 2",
-                         "use H1 for X, H2 for Y")
+        raise CycleError(
+            "word H (axis that the part was turned about) is missing"
+            if axis is None
+            else f"axis H{axis:g} is neither 1 nor 2",
+            "use H1 for X, H2 for Y",
+        )
     if state.interp.rotation_xy % 360:
-        raise CycleError(f"the work coordinates are turned by {state.interp.rotation_xy:g} degrees, and a stock is turned over along the axes of the machine",
-                         "align the part, and set the rotation to R0 with G10 L2")
+        raise CycleError(
+            f"the work coordinates are turned by {state.interp.rotation_xy:g} degrees, and a stock is turned over "
+            f"along the axes of the machine",
+            "align the part, and set the rotation to R0 with G10 L2",
+        )
     corner = state.machine_point([state.length(letter) or 0.0 for letter in "ijk"])
     for name, value in zip("XYZ", corner):
         if not abs(value) <= layout.MAX_COORDINATE:
-            raise CycleError(f"the corner is at {name}{{far}} of the machine, more than {{most}} from its zero", "correct I, J, K or the work offset",
-                             far=value, most=layout.MAX_COORDINATE)
+            raise CycleError(
+                f"the corner is at {name}{{far}} of the machine, more than {{most}} from its zero",
+                "correct I, J, K or the work offset",
+                far=value,
+                most=layout.MAX_COORDINATE,
+            )
     return turn_request.TurnRequest(slot, turn_request.AXES[int(axis) - 1], corner, allowance(state))
 
 
@@ -201,8 +234,10 @@ def _ask_for(state, request):
     try:
         turn_request.write(folder, request)
     except OSError as error:
-        raise CycleError(f"slot {request.slot} was not restored: {folder} cannot be written: {error.strerror}",
-                         "see [CHIPWISE]STOCK_DIR, the rights of that folder, and room on the disk") from error
+        raise CycleError(
+            f"slot {request.slot} was not restored: {folder} cannot be written: {error.strerror}",
+            "see [CHIPWISE]STOCK_DIR, the rights of that folder, and room on the disk",
+        ) from error
 
 
 def restore_stock(state):
@@ -217,7 +252,9 @@ def restore_stock(state):
         yield
         return
     if turn and state.interp.task:
-        yield                       # until the machine is here
+        yield  # until the machine is here
         _ask_for(state, turn)
-    yield from request(state, reasons.TURNED if turn else slot, Register.RESTORE_COMMIT, f"slot {slot} was not restored")
+    yield from request(
+        state, reasons.TURNED if turn else slot, Register.RESTORE_COMMIT, f"slot {slot} was not restored"
+    )
     InForce.box, InForce.stock_here = None, True

@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What LinuxCNC's task knows and the interpreter does not: MDI or a program, another run of it, the line it starts from.
+"""What LinuxCNC's task knows and the interpreter does not: MDI or a program, another run of it, the line it starts
+from.
 
 Called by glue/program_run.py, in milltask only, but for is_here(), which glue/session.py asks when it is imported.
 
 1. milltask's variable `taskplanopen` is 1 from the opening of a program to its end, abort or error, and 0 otherwise.
-   LinuxCNC asks only whether it is 0, so is_new_run() turns the 1 it finds into a 2: a 1 that is found later is another run.
+   LinuxCNC asks only whether it is 0, so is_new_run() turns the 1 it finds into a 2: a 1 that is found later is another
+   run.
 2. The Python module emctask of milltask shows the mode. 2.10 does not have it.
 3. Run from line: the lines before the start line are executed and what they have queued is thrown away, but not while a
-   remapped code waits for the machine.  The start line is in no status.  The task's command buffer holds the last command,
-   at the first line of a run as a rule the one that has started it; on a busy computer another one may have come since.  Then a run has begun at
-   its first line if a move of it has been carried out.
+   remapped code waits for the machine.  The start line is in no status.  The task's command buffer holds the last
+   command, at the first line of a run as a rule the one that has started it; on a busy computer another one may have
+   come since.  Then a run has begun at its first line if a move of it has been carried out.
 If one of these cannot be had the answer is that of an ordinary run of a program, as each function says.
 Read in LinuxCNC 2.9.0~pre1, 2.9.4 and 2.10 (2026-08): emctaskmain.cc, emctask.cc, taskmodule.cc, emc_nml.hh, nmlmsg.hh.
 """
@@ -22,12 +24,12 @@ from functools import lru_cache
 from chipwise.host.processes import mappings
 
 _SEEN = 2
-STILL = 1e-6                # machine units
+STILL = 1e-6  # machine units
 
-_COMMAND_BUFFER = "/SYSV000003e9"           # linuxcnc.nml: emcCommand is shared memory with the key 1001
-_MESSAGE = struct.Struct("<i4xqii")         # NMLmsg type, size; RCS_CMD_MSG serial_number; EMC_TASK_PLAN_RUN line
-_PLAN_RUN, _PLAN_STEP = 507, 511            # emc.hh: EMC_TASK_PLAN_RUN_TYPE, EMC_TASK_PLAN_STEP_TYPE
-_HEAD_BYTES = 512                           # the message begins within
+_COMMAND_BUFFER = "/SYSV000003e9"  # linuxcnc.nml: emcCommand is shared memory with the key 1001
+_MESSAGE = struct.Struct("<i4xqii")  # NMLmsg type, size; RCS_CMD_MSG serial_number; EMC_TASK_PLAN_RUN line
+_PLAN_RUN, _PLAN_STEP = 507, 511  # emc.hh: EMC_TASK_PLAN_RUN_TYPE, EMC_TASK_PLAN_STEP_TYPE
+_HEAD_BYTES = 512  # the message begins within
 
 
 @lru_cache(maxsize=None)
@@ -48,6 +50,7 @@ def _mode():
     """Name of the task's mode, "" where it is not known."""
     try:
         import emctask
+
         return str(emctask.emcstat.task.mode)
     except (ImportError, AttributeError):
         return ""
@@ -60,9 +63,10 @@ def is_program():
 
 
 def is_restoring():
-    """Whether neither a program nor MDI may be under way: LinuxCNC 2.9.4 has an abort followed by a line of its own that gives the
-    interpreter back what was in force, F included, and what that line queues may be lost with the rest of the queue.
-    False where the flag is not known.  2.10 does not say the mode: there MDI counts as such a line, too, and what it has queued is queued once more."""
+    """Whether neither a program nor MDI may be under way: LinuxCNC 2.9.4 has an abort followed by a line of its own
+    that gives the interpreter back what was in force, F included, and what that line queues may be lost with the rest
+    of the queue.  False where the flag is not known.  2.10 does not say the mode: there MDI counts as such a line, too,
+    and what it has queued is queued once more."""
     flag = _open_flag()
     return flag is not None and flag.value == 0 and not _mode().endswith("MDI")
 
@@ -92,10 +96,11 @@ def start_line():
 
 
 def seen():
-    """(line of the last move that was carried out, place of the machine or None while it moves), as the task has seen it last; None where this is not
-    known."""
+    """(line of the last move that was carried out, place of the machine or None while it moves), as the task has seen
+    it last; None where this is not known."""
     try:
         import emctask
+
         traj, line = emctask.emcstat.motion.traj, int(emctask.emcstat.task.motionLine)
         place = traj.position
         return line, (place.tran.x, place.tran.y, place.tran.z) if traj.inpos and not traj.queue else None
@@ -104,11 +109,14 @@ def seen():
 
 
 def has_moved(before):
-    """Whether a move has been carried out since seen() was `before`: what is read over by run from line carries out none."""
+    """Whether a move has been carried out since seen() was `before`: what is read over by run from line carries out
+    none."""
     now = seen()
     if before is None or now is None:
         return False
-    return now[0] > 0 and now[0] != before[0] or None not in (now[1], before[1]) and math.dist(now[1], before[1]) > STILL
+    return (
+        now[0] > 0 and now[0] != before[0] or None not in (now[1], before[1]) and math.dist(now[1], before[1]) > STILL
+    )
 
 
 def _command_buffer():

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """How long the cycles keep the task to themselves.  Called by session.py.
 
-A remap runs in the task's own thread: while it does, LinuxCNC serves neither abort nor pause nor E-stop.  The task gets a
-turn when a remap yields INTERP_EXECUTE_FINISH.  It then lets the machine do all that is queued before the remap goes on,
-so a cycle yields only
+A remap runs in the task's own thread: while it does, LinuxCNC serves neither abort nor pause nor E-stop.  The task gets
+a turn when a remap yields INTERP_EXECUTE_FINISH.  It then lets the machine do all that is queued before the remap goes
+on, so a cycle yields only
  - before its first move, when its plan is not there after WAIT_S: planning goes on in its own process meanwhile, so
    what is lost is the blend of the last move before the cycle with the first one of it;
  - between chunks of lines (gcode_lines.py), where the tool may rest, before they are more than TURN_MOVES moves.
-Both are counted over all cycles since the last turn, because LinuxCNC reads up to 1000 lines before it looks for commands
+Both are counted over all cycles since the last turn, because LinuxCNC reads up to 1000 lines before it looks for
+commands
 (emctaskmain.cc, readahead_reading(), 2.9.0~pre1).
 
 The preview has nobody to serve and never yields.
@@ -19,7 +20,7 @@ import emccanon
 from interpreter import INTERP_EXECUTE_FINISH
 
 WAIT_S = 0.1
-AGAIN_S = 0.03          # of a cycle that has let the task have its turn: the machine rests already, and no blend is lost
+AGAIN_S = 0.03  # of a cycle that has let the task have its turn: the machine rests already, and no blend is lost
 TURN_MOVES = 5000
 
 # The preview waits in steps of this; each lends the planner more computing time.
@@ -38,8 +39,9 @@ class _Since:
 
 
 def hand_over():
-    """Queue the move before, which LinuxCNC may still hold back to join it with the next one (G64 P Q): it forgets what it holds back
-    when a remap yields INTERP_EXECUTE_FINISH (emccanon.cc: chained_points, drop_segments(); 2.9.0~pre1).  A dwell of 0 s queues it."""
+    """Queue the move before, which LinuxCNC may still hold back to join it with the next one (G64 P Q): it forgets what
+    it holds back when a remap yields INTERP_EXECUTE_FINISH (emccanon.cc: chained_points, drop_segments(); 2.9.0~pre1).
+    A dwell of 0 s queues it."""
     emccanon.DWELL(0.0)
 
 

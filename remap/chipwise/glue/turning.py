@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """G26 and G27: words and modes -> the order of the planner, and its blocks -> tool changes, spindle and lines.
 
-Called by codes.py through session.run_cycle.  The plan is that of `chipwise turn` (turning/g26_plan.py), the lines are those that it
-writes (turning/blocks.py).
+Called by codes.py through session.run_cycle.  The plan is that of `chipwise turn` (turning/g26_plan.py), the lines are
+those that it writes (turning/blocks.py).
 
-A tool change is a line of its own in the task: it is queued, the remap yields, and when the machine has done it LinuxCNC has the
-tool's offsets (interp_convert.cc, convert_tool_change() and rs274ngc_pre.cc, read_inputs(), 2.9.0~pre1).  M6 stops the spindle, and
-what the interpreter reads back of its speed afterwards is the machine's: 0, or the largest one under G96.  So the speed comes from
-the text of the program, and each step says its own.
+A tool change is a line of its own in the task: it is queued, the remap yields, and when the machine has done it
+LinuxCNC has the tool's offsets (interp_convert.cc, convert_tool_change() and rs274ngc_pre.cc, read_inputs(),
+2.9.0~pre1).  M6 stops the spindle, and what the interpreter reads back of its speed afterwards is the machine's: 0, or
+the largest one under G96.  So the speed comes from the text of the program, and each step says its own.
 """
 
 import contextlib
@@ -26,9 +26,9 @@ from chipwise.turning.blocks import approach
 from chipwise.turning.request import Request, complete, read_program, read_spindle
 
 WORDS, ONE_WORDS = "qpideh", "qpidel"
-_PER_REV = 2                    # interp_internal.hh: FEED_MODE
-_NEEDED = ("T", "S", "M3", "M4", "M6")      # codes that a step executes
-SAME = 1e-6                     # program units
+_PER_REV = 2  # interp_internal.hh: FEED_MODE
+_NEEDED = ("T", "S", "M3", "M4", "M6")  # codes that a step executes
+SAME = 1e-6  # program units
 
 
 def check_modes(state):
@@ -57,8 +57,17 @@ def _order(state, single):
     request = _request(state, read_program(program))
     job = replace(shape.job(state, request.words["Q"]), lathe=True, diameter=request.diameter)
     stock = "" if single or not program or program_run.may_be_skipped() else state.settings.path("TURNING_STOCK")
-    fields = {"request": request, "program": program, "number": int(number or 0), "only_say": bool(say), "zero": barriers.shift(state), "home": state.position()[2::-2], "limits": soft_limits.lathe(state), "stock": stock,
-              "keep": bool(stock and state.interp.task)}
+    fields = {
+        "request": request,
+        "program": program,
+        "number": int(number or 0),
+        "only_say": bool(say),
+        "zero": barriers.shift(state),
+        "home": state.position()[2::-2],
+        "limits": soft_limits.lathe(state),
+        "stock": stock,
+        "keep": bool(stock and state.interp.task),
+    }
     return state.order("turning", fields, job)
 
 
@@ -66,10 +75,19 @@ def _request(state, text):
     """Request of the line and the modes in force."""
     interp = state.interp
     css, cap, speed = read_spindle(text, program_run.main_line(interp, state.line_number))
-    request = Request(line=state.line_number, unit=state.unit, diameter=bool(interp.params["_lathe_diameter_mode"]),
-                      per_rev=interp.feed_mode == _PER_REV, css=bool(interp.params["_spindle_css_mode"]), barriers=barriers.in_work_coordinates(state))
+    request = Request(
+        line=state.line_number,
+        unit=state.unit,
+        diameter=bool(interp.params["_lathe_diameter_mode"]),
+        per_rev=interp.feed_mode == _PER_REV,
+        css=bool(interp.params["_spindle_css_mode"]),
+        barriers=barriers.in_work_coordinates(state),
+    )
     if request.css and not (css and cap and speed):
-        raise CycleError("G96 is on, and the program has no G96 with D and S as numbers before this line", "write G96 D2500 S180, or use G97")
+        raise CycleError(
+            "G96 is on, and the program has no G96 with D and S as numbers before this line",
+            "write G96 D2500 S180, or use G97",
+        )
     request.cap, request.speed = cap, speed or float(interp.speed[0])
     request.direction = (3 if interp.params["_spindle_cw"] else 4) if interp.params["_spindle_on"] else 0
     if not request.direction or not request.speed:
@@ -86,8 +104,10 @@ def _refuse_remapped():
     for text in ini.values_of(ini.read_lines(name), "RS274NGC", "REMAP"):
         code = text.split(None, 1)[0].upper() if text else ""
         if code in _NEEDED:
-            raise CycleError(f"{code} is remapped on this machine ({os.path.basename(name)})",
-                             "write the plan with chipwise turn -o FILE.ngc and run that")
+            raise CycleError(
+                f"{code} is remapped on this machine ({os.path.basename(name)})",
+                "write the plan with chipwise turn -o FILE.ngc and run that",
+            )
 
 
 def carry_out(state, turn, outcome):
@@ -109,7 +129,7 @@ def carry_out(state, turn, outcome):
             emit.emit(interp, state.line_number, chunk, lathe=True)
             turn.count(chunk)
             if stage:
-                yield from turn.wait()          # what has been cut is known when it has been cut
+                yield from turn.wait()  # what has been cut is known when it has been cut
                 _note(plan.record, stage)
         if block.back:
             _emit(state, f"G0 X{home[1]:.10f}", f"G0 Z{home[0]:.10f}")
@@ -121,7 +141,8 @@ def carry_out(state, turn, outcome):
 
 
 def _ask(state, turn, plan):
-    """Stop spindle and program until the operator has confirmed that the part in the chuck is the one that was stopped: Resume.
+    """Stop spindle and program until the operator has confirmed that the part in the chuck is the one that was stopped:
+    Resume.
 
     Each block makes the spindle turn again."""
     yield from turn.wait()
@@ -148,13 +169,16 @@ def _change_tool(state, turn, number):
     interp = state.interp
     if interp.tool_table[0].toolno != number:
         try:
-            interp.execute(f"T{number} M6")     # nothing may be executed before the machine has done it
-        except Exception as error:              # SystemError: LinuxCNC has refused it (2.9)
-            raise CycleError(f"LinuxCNC does not know tool {number}, which is in the tool table file", "load the tool table again, or start LinuxCNC anew") from error
+            interp.execute(f"T{number} M6")  # nothing may be executed before the machine has done it
+        except Exception as error:  # SystemError: LinuxCNC has refused it (2.9)
+            raise CycleError(
+                f"LinuxCNC does not know tool {number}, which is in the tool table file",
+                "load the tool table again, or start LinuxCNC anew",
+            ) from error
         yield from turn.wait()
         if not interp.task:
             place = interp.current_x, interp.current_z
-            interp.execute("G18")               # it reads the place back, which the preview has in the unit of the last move
+            interp.execute("G18")  # it reads the place back, which the preview has in the unit of the last move
             interp.current_x, interp.current_z = place
     _emit(state, "G43")
 
@@ -167,8 +191,15 @@ def _check_clear(state, place, clear):
     if place[0] >= clear[0] - SAME or place[1] >= clear[1] - SAME:
         return
     unit = state.unit_mm
-    error = CycleError("the tool is beside the work at Z{z} X{x}", "begin in front of Z{front} or outside of X{out}", state.code,
-                       z=place[0] * unit, x=Across(place[1] * unit), front=clear[0] * unit, out=Across(clear[1] * unit))
+    error = CycleError(
+        "the tool is beside the work at Z{z} X{x}",
+        "begin in front of Z{front} or outside of X{out}",
+        state.code,
+        z=place[0] * unit,
+        x=Across(place[1] * unit),
+        front=clear[0] * unit,
+        out=Across(clear[1] * unit),
+    )
     error.across(bool(state.interp.params["_lathe_diameter_mode"]))
     if state.interp.task:
         raise error

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """M251 and M252: the volumetric feed of the realtime components, in step with motion; and the remapped F.
 
-Called by codes.py through session.run_steps, and by session.py before each code.  The codes queue numbers (registers.py),
-wait for them (`yield`) and read back whether they were taken.  In the preview the words are checked and nothing is done.
+Called by codes.py through session.run_steps, and by session.py before each code.  The codes queue numbers
+(registers.py), wait for them (`yield`) and read back whether they were taken.  In the preview the words are checked and
+nothing is done.
 """
 
 import os
@@ -25,16 +26,17 @@ from chipwise.clib.layout import Fault, Register
 OFF, LIMIT, CONSTANT, WINDOW = map(int, layout.FeedMode)
 
 ENDED = "M251 of MDI has ended with the start of a program, so F is as programmed"
-JOB_TRIES, JOB_WAIT_S = 60, 0.05        # the monitor sees a program begin within 20 ms, later on a busy computer
-TOOL_TRIES, TOOL_WAIT_S = 60, 0.05      # the monitor may be late, or is being started again
+JOB_TRIES, JOB_WAIT_S = 60, 0.05  # the monitor sees a program begin within 20 ms, later on a busy computer
+TOOL_TRIES, TOOL_WAIT_S = 60, 0.05  # the monitor may be late, or is being started again
 
 
 def begin(interp, another):
     """Before each code: what has ended is put back.  another: another run of a program, or MDI, begins.
 
-    M251 ends with its program.  In MDI it stays, unless the realtime side has ended it (machine off, E-stop), and the next start of the program that
-    was loaded then has it, too: the realtime side says whether it is that one (chipwise_command), and this side compares the file.  Its ceiling comes
-    with the main program's first F, as that of a set-up.
+    M251 ends with its program.  In MDI it stays, unless the realtime side has ended it (machine off, E-stop), and the
+    next start of the program that was loaded then has it, too: the realtime side says whether it is that one
+    (chipwise_command), and this side compares the file.  Its ceiling comes with the main program's first F, as that of
+    a set-up.
     """
     if not interp.task:
         return
@@ -51,7 +53,7 @@ def begin(interp, another):
     if program_run.skipped():
         return
     if InForce.feed_carried and another:
-        emccanon.SET_AUX_OUTPUT_VALUE(load_settings()["ANALOG_OUT"] + 2, 0.0)       # the F of MDI is not the program's
+        emccanon.SET_AUX_OUTPUT_VALUE(load_settings()["ANALOG_OUT"] + 2, 0.0)  # the F of MDI is not the program's
     if InForce.feed_left:
         _end_of_feed(load_settings())
     if Ceiling.waiting:
@@ -59,8 +61,9 @@ def begin(interp, another):
 
 
 def _end_of_feed(settings, of_program=False):
-    """Queue for the realtime side that the feed is off and F is not replaced; once more by the next code where this may be lost.
-    of_program: whether a program says so, which ends the set-up of a job (chipwise_command), and not what is left of another one."""
+    """Queue for the realtime side that the feed is off and F is not replaced; once more by the next code where this may
+    be lost.  of_program: whether a program says so, which ends the set-up of a job (chipwise_command), and not what is
+    left of another one."""
     queue(settings, Register.FEED_FIRST, [OFF, 0.0, 0.0, 1.0 if of_program else 0.0], Register.FEED_COMMIT)
     emccanon.SET_AUX_OUTPUT_VALUE(settings["ANALOG_OUT"] + 2, 0.0)
     InForce.feed_left = task.is_restoring()
@@ -75,25 +78,35 @@ def _rate(state, letter, meaning):
     if not value > 0:
         raise CycleError(f"{meaning} {letter.upper()}{value:g} {unit} is not above 0", f"give {letter.upper()} above 0")
     if value * per > MAX_RATE:
-        raise CycleError(f"{meaning} {letter.upper()}{value:g} {unit} is above {MAX_RATE / per:.5g} {unit}, which no machine removes",
-                         f"give {letter.upper()} in {unit}, not in mm3/min")
+        raise CycleError(
+            f"{meaning} {letter.upper()}{value:g} {unit} is above {MAX_RATE / per:.5g} {unit}, which no machine "
+            f"removes",
+            f"give {letter.upper()} in {unit}, not in mm3/min",
+        )
     return value * per
 
 
 def _target(state, mode):
-    """mm3/min: Q, or the rate of the nominal cut I, J at the F in force; 0: none of them, and limits of the tool bound the feed alone."""
+    """mm3/min: Q, or the rate of the nominal cut I, J at the F in force; 0: none of them, and limits of the tool bound
+    the feed alone."""
     if not state.has_any("ij"):
         if mode == LIMIT or state.number("q") is not None:
             return _rate(state, "q", "removal rate")
         lacking = tooth_limits.lacking(state)
         if lacking:
-            raise CycleError(f"word Q (removal rate) is missing, and no limit of chip or power is known for tool {state.interp.tool_table[0].toolno}",
-                             f"add Q, or {lacking}")
+            raise CycleError(
+                f"word Q (removal rate) is missing, and no limit of chip or power is known for tool "
+                f"{state.interp.tool_table[0].toolno}",
+                f"add Q, or {lacking}",
+            )
         return 0.0
     if state.number("q") is not None:
         raise CycleError("Q and the nominal cut I, J are both given", "give Q, or I and J")
     if state.number("i") is None and state.number("j") is None:
-        raise CycleError("words I and J do not reach chipwise", "write argspec=qpreijN in the line REMAP = M251 of the INI file, or give Q")
+        raise CycleError(
+            "words I and J do not reach chipwise",
+            "write argspec=qpreijN in the line REMAP = M251 of the INI file, or give Q",
+        )
     sides = [state.needed(letter, meaning) for letter, meaning in (("i", "width of cut"), ("j", "depth of cut"))]
     for letter, meaning, value in zip("IJ", ("width", "depth"), sides):
         if not value > 0:
@@ -103,17 +116,27 @@ def _target(state, mode):
         raise CycleError("the rate of a cut I, J needs a feed, and no F is set", "give F before, or on the line")
     target = sides[0] * sides[1] * feed
     if target > MAX_RATE:
-        raise CycleError(f"a cut of I{{i}} and J{{j}} at F{{f}}/min is {target / MM3_PER_CM3:.5g} cm3/min, above {MAX_RATE / MM3_PER_CM3:.5g} cm3/min, "
-                         "which no machine removes", "give width and depth of one cut", i=sides[0], j=sides[1], f=feed)
+        raise CycleError(
+            f"a cut of I{{i}} and J{{j}} at F{{f}}/min is {target / MM3_PER_CM3:.5g} cm3/min, above "
+            f"{MAX_RATE / MM3_PER_CM3:.5g} cm3/min, "
+            "which no machine removes",
+            "give width and depth of one cut",
+            i=sides[0],
+            j=sides[1],
+            f=feed,
+        )
     return target
 
 
 def _feed_words(state):
-    """(mode, target, lower, ceiling) of M251: mm3/min, mm/min; target 0: none; ceiling None where F stays the upper limit."""
+    """(mode, target, lower, ceiling) of M251: mm3/min, mm/min; target 0: none; ceiling None where F stays the upper
+    limit."""
     state.check_words("qpreij")
     if planner_limits_jerk():
-        raise CycleError("LinuxCNC's planner of [TRAJ]PLANNER_TYPE = 1 leaves the path where the feed changes in a blended corner",
-                         "set PLANNER_TYPE = 0, or leave M251 out")
+        raise CycleError(
+            "LinuxCNC's planner of [TRAJ]PLANNER_TYPE = 1 leaves the path where the feed changes in a blended corner",
+            "set PLANNER_TYPE = 0, or leave M251 out",
+        )
     mode = state.number("p")
     mode = LIMIT if mode is None else mode
     if mode not in (LIMIT, CONSTANT, WINDOW):
@@ -122,18 +145,27 @@ def _feed_words(state):
     lower = _rate(state, "r", "lower removal rate") if mode == WINDOW else 0.0
     if lower > target > 0:
         if state.number("q") is None:
-            raise CycleError(f"lower removal rate R{state.number('r'):g} is above that of the cut I, J", "give R below it")
-        raise CycleError(f"lower removal rate R{state.number('r'):g} is above the upper one, Q{state.number('q'):g}",
-                         "give R below Q")
+            raise CycleError(
+                f"lower removal rate R{state.number('r'):g} is above that of the cut I, J", "give R below it"
+            )
+        raise CycleError(
+            f"lower removal rate R{state.number('r'):g} is above the upper one, Q{state.number('q'):g}",
+            "give R below Q",
+        )
     ceiling = state.length("e")
     if ceiling is None and mode == CONSTANT:
         raise CycleError("word E (ceiling of the feed) is missing", "mode P2 replaces F; add E")
     if ceiling is not None and (mode == LIMIT or not ceiling > 0):
-        raise CycleError("ceiling E{e}/min is not above 0" if mode != LIMIT else "word E is not used in mode P1",
-                         "give E above 0" if mode != LIMIT else "leave E out, or use P2 or P3", e=ceiling)
+        raise CycleError(
+            "ceiling E{e}/min is not above 0" if mode != LIMIT else "word E is not used in mode P1",
+            "give E above 0" if mode != LIMIT else "leave E out, or use P2 or P3",
+            e=ceiling,
+        )
     if ceiling is not None and not feed_is_remapped():
-        raise CycleError(f"mode P{mode:g} with a ceiling E replaces F, and F is not remapped",
-                         "add REMAP = F argspec=N python=feed to [RS274NGC] (not for programs with G93), or use P1")
+        raise CycleError(
+            f"mode P{mode:g} with a ceiling E replaces F, and F is not remapped",
+            "add REMAP = F argspec=N python=feed to [RS274NGC] (not for programs with G93), or use P1",
+        )
     return int(mode), target, lower, ceiling
 
 
@@ -146,8 +178,11 @@ def _wait_for_the_tool(state):
             return
         emccanon.DWELL(TOOL_WAIT_S)
     yield
-    raise CycleError("the tool in the spindle is not known: chipwise-monitor does not "
-                     + ("answer" if fault == Fault.NO_MONITOR else "follow it"), "start `chipwise monitor` in a shell")
+    raise CycleError(
+        "the tool in the spindle is not known: chipwise-monitor does not "
+        + ("answer" if fault == Fault.NO_MONITOR else "follow it"),
+        "start `chipwise monitor` in a shell",
+    )
 
 
 def feed_on(state):
@@ -161,7 +196,12 @@ def feed_on(state):
     send(state, Register.FEED_FIRST, [mode, target, lower, 0.0 if program_run.is_mdi() else 1.0], Register.FEED_COMMIT)
     emccanon.ENABLE_ADAPTIVE_FEED()
     state.interp.adaptive_feed = True
-    InForce.feed, InForce.feed_left, InForce.feed_of_mdi, InForce.feed_carried = True, False, program_run.is_mdi(), False
+    InForce.feed, InForce.feed_left, InForce.feed_of_mdi, InForce.feed_carried = (
+        True,
+        False,
+        program_run.is_mdi(),
+        False,
+    )
     InForce.loaded, InForce.ceiling = program_run.loaded_program(state.interp), ceiling
     yield
     now, defined, _fault = status_now(state)
@@ -170,8 +210,10 @@ def feed_on(state):
         send(state, Register.FEED_FIRST, [OFF], Register.FEED_COMMIT)
         yield
         if now != mode:
-            raise CycleError("the realtime side does not answer",
-                             "load chipwise.hal ([HAL]HALFILE) and see [CHIPWISE]ANALOG_OUT and ANALOG_IN")
+            raise CycleError(
+                "the realtime side does not answer",
+                "load chipwise.hal ([HAL]HALFILE) and see [CHIPWISE]ANALOG_OUT and ANALOG_IN",
+            )
         raise CycleError("no stock is defined", "define it with M250 before")
     _say_what_is_in_force(InForce.loaded)
     yield from _begin_ceiling(state, ceiling)
@@ -187,13 +229,14 @@ def _say_what_is_in_force(loaded):
 
 
 def _begin_ceiling(state, ceiling):
-    """F is replaced from here on, or, where run from line reads over the line, from the first code behind the start line."""
+    """F is replaced from here on, or, where run from line reads over the line, from the first code behind the start
+    line."""
     output = state.settings["ANALOG_OUT"] + 2
     if not program_run.skipped():
         feed_ceiling.begin(state.interp, ceiling, output)
         return
     emccanon.SET_AUX_OUTPUT_VALUE(output, 0.0)
-    yield                           # what is queued without one is thrown away
+    yield  # what is queued without one is thrown away
     if ceiling is not None:
         Ceiling.waiting = ceiling, output
 
@@ -222,17 +265,25 @@ def _no_ceiling(state):
 def keep_line_number(interp, words):
     """Let a move on the line of an F keep its line number.
 
-    LinuxCNC 2.9 goes on with the rest of the line under the number that the calling frame was left with, which nobody has set
-    for a remap (interp_o_word.cc, execute_call, CS_REEXEC_PYBODY): such moves had line 0 or that of another line.
+    LinuxCNC 2.9 goes on with the rest of the line under the number that the calling frame was left with, which nobody
+    has set for a remap (interp_o_word.cc, execute_call, CS_REEXEC_PYBODY): such moves had line 0 or that of another
+    line.
     """
     if interp.call_level > 0 and "n" in words:
         interp.sub_context[interp.call_level - 1].sequence_number = int(words["n"])
 
 
 def job_is_due(interp):
-    """Whether this is the main program's first F, and it has a set-up (monitor/set_up.py) or M251 of MDI.  In a tool change that is remapped the level
-    is deeper: there the old tool is still in."""
-    if InForce.job_asked or not interp.task or program_run.is_mdi() or program_run.skipped() or program_run.may_be_skipped() or interp.remap_level != 1:
+    """Whether this is the main program's first F, and it has a set-up (monitor/set_up.py) or M251 of MDI.  In a tool
+    change that is remapped the level is deeper: there the old tool is still in."""
+    if (
+        InForce.job_asked
+        or not interp.task
+        or program_run.is_mdi()
+        or program_run.skipped()
+        or program_run.may_be_skipped()
+        or interp.remap_level != 1
+    ):
         return False
     InForce.job_asked = True
     ceiling, waits, _active, air = job_now(load_settings())
@@ -240,8 +291,9 @@ def job_is_due(interp):
 
 
 def begin_job(interp):
-    """The set-up's ceiling from here on: a generator that waits until the realtime side has the set-up in force.  Where that does not come the feed
-    stays at most F.  Adaptive feed that waits is switched on here: chipwise-monitor may do so in manual mode and MDI only."""
+    """The set-up's ceiling from here on: a generator that waits until the realtime side has the set-up in force.  Where
+    that does not come the feed stays at most F.  Adaptive feed that waits is switched on here: chipwise-monitor may do
+    so in manual mode and MDI only."""
     settings = load_settings()
     if InForce.feed_carried:
         yield from _begin_carried(interp, settings)
@@ -257,7 +309,9 @@ def begin_job(interp):
         interp.adaptive_feed = True
     if active and (ceiling > 1.0 or air):
         InForce.feed, InForce.feed_left, InForce.feed_of_mdi = True, False, False
-        feed_ceiling.begin(interp, feed_ceiling.AXES if air else feed_ceiling.Times(ceiling), settings["ANALOG_OUT"] + 2)
+        feed_ceiling.begin(
+            interp, feed_ceiling.AXES if air else feed_ceiling.Times(ceiling), settings["ANALOG_OUT"] + 2
+        )
 
 
 def _begin_carried(interp, settings):

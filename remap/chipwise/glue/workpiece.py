@@ -27,8 +27,11 @@ def box_from_words(state):
     size = [state.needed(letter, f"size of the stock in {axis}") for letter, axis in zip(SIZE_WORDS, "XYZ")]
     for letter, axis, value in zip(SIZE_WORDS, "XYZ", size):
         if not value > 0:
-            raise CycleError(f"size of the stock in {axis}, {letter.upper()}{{size}}, is not above 0",
-                             f"give {letter.upper()} above 0", size=value)
+            raise CycleError(
+                f"size of the stock in {axis}, {letter.upper()}{{size}}, is not above 0",
+                f"give {letter.upper()} above 0",
+                size=value,
+            )
     return low, [a + b for a, b in zip(low, size)]
 
 
@@ -54,13 +57,16 @@ def find_comment(path, line_number):
 
 
 def stock_of(state):
-    """(low, high, shape, turn) in mm and degrees, machine coordinates of the tool tip, for the stock this M250 asks for."""
+    """(low, high, shape, turn) in mm and degrees, machine coordinates of the tool tip, for the stock this M250 asks
+    for."""
     box, shape = box_from_words(state), BOX
     if box is None:
         text = find_comment(state.program(), state.line_number)
         if text is None:
-            raise CycleError("there are neither words nor a WORKPIECE comment",
-                             "give P Q R (corner) I J K (size), or add (WORKPIECE,BOX,XMIN=..,..) to the program")
+            raise CycleError(
+                "there are neither words nor a WORKPIECE comment",
+                "give P Q R (corner) I J K (size), or add (WORKPIECE,BOX,XMIN=..,..) to the program",
+            )
         low, high, shape = parse_comment(text)
         box = [v * state.unit_mm for v in low], [v * state.unit_mm for v in high]
     if shape == CYLINDER:
@@ -77,8 +83,12 @@ def allowance(state):
     if value is None:
         return state.settings["ALLOWANCE"]
     if not 0 <= value * state.unit_mm <= 100:
-        raise CycleError("allowance {a} is not a length from 0 to {most}", "set #<_chipwise_allowance> to how much "
-                         "larger the stock may be", a=value * state.unit_mm, most=100)
+        raise CycleError(
+            "allowance {a} is not a length from 0 to {most}",
+            "set #<_chipwise_allowance> to how much larger the stock may be",
+            a=value * state.unit_mm,
+            most=100,
+        )
     return value * state.unit_mm
 
 
@@ -92,24 +102,36 @@ def cylinder_to_machine(state, low, high):
 def to_machine(state, low, high):
     """Work box -> (low, high, turn): the machine box, mm, and the degrees it is turned by about its middle."""
     turn = state.interp.rotation_xy
-    if turn % 90 == 0:                  # upright all the same
+    if turn % 90 == 0:  # upright all the same
         corners = [state.machine_point(corner) for corner in itertools.product(*zip(low, high))]
         return tuple(map(min, zip(*corners))), tuple(map(max, zip(*corners))), 0.0
     middle = state.machine_point([(a + b) / 2 for a, b in zip(low, high)])
     half = [(b - a) / 2 for a, b in zip(low, high)]
-    return (tuple(m - h for m, h in zip(middle, half)), tuple(m + h for m, h in zip(middle, half)),
-            (turn + 180) % 360 - 180)
+    return (
+        tuple(m - h for m, h in zip(middle, half)),
+        tuple(m + h for m, h in zip(middle, half)),
+        (turn + 180) % 360 - 180,
+    )
 
 
 def check_extent(low, high):
     """Raise CycleError for a box that the stock tracker refuses: components/core/stock.h."""
     for axis, a, b in zip("XYZ", low, high):
         if not b - a >= MIN_SIZE:
-            raise CycleError(f"the stock has {{size}} in {axis}, less than {{least}}", "give it a larger size", size=b - a, least=MIN_SIZE)
+            raise CycleError(
+                f"the stock has {{size}} in {axis}, less than {{least}}",
+                "give it a larger size",
+                size=b - a,
+                least=MIN_SIZE,
+            )
         far = max(a, b, key=abs)
         if not abs(far) <= MAX_COORDINATE:
-            raise CycleError(f"a corner of the stock is at {axis}{{far}} of the machine, more than {{most}} from its zero",
-                             "correct the words of M250, the comment or the work offset", far=far, most=MAX_COORDINATE)
+            raise CycleError(
+                f"a corner of the stock is at {axis}{{far}} of the machine, more than {{most}} from its zero",
+                "correct the words of M250, the comment or the work offset",
+                far=far,
+                most=MAX_COORDINATE,
+            )
 
 
 def check_fits(settings, low, high, turn=0.0):
@@ -120,8 +142,14 @@ def check_fits(settings, low, high, turn=0.0):
         c, s = abs(math.cos(math.radians(turn))), abs(math.sin(math.radians(turn)))
         size = [size[0] * c + size[1] * s, size[0] * s + size[1] * c]
     if size[0] > room[0] + 1e-9 or size[1] > room[1] + 1e-9:
-        raise CycleError("the stock of {x} by {y}" + (", turned by G10 R," if turn else "")
-                         + " is larger than the map of {mx} by {my}",
-                         "enlarge [CHIPWISE]MAP_SIZE in the INI file or use a smaller box",
-                         x=size[0], y=size[1], mx=room[0], my=room[1])
+        raise CycleError(
+            "the stock of {x} by {y}"
+            + (", turned by G10 R," if turn else "")
+            + " is larger than the map of {mx} by {my}",
+            "enlarge [CHIPWISE]MAP_SIZE in the INI file or use a smaller box",
+            x=size[0],
+            y=size[1],
+            mx=room[0],
+            my=room[1],
+        )
     return size

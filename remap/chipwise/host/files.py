@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Read a file of unknown origin: regular, of a bounded size, without waiting.  Write one so that it is never half there.
+"""Read a file of unknown origin: regular, of a bounded size, without waiting.  Write one so that it is never half
+there.
 
-Called by whatever runs beside the machine (settings, tool geometry, stock files, stations).  Opening a FIFO or a device may block or
-have an effect; /dev/zero has no end.
+Called by whatever runs beside the machine (settings, tool geometry, stock files, stations).  Opening a FIFO or a device
+may block or have an effect; /dev/zero has no end.
 """
 
 import contextlib
@@ -13,7 +14,7 @@ import stat
 import tempfile
 from typing import BinaryIO, Iterator
 
-JOURNAL = "kept.journal"      # in STOCK_DIR: the stock while the machine works (stock/journal.py)
+JOURNAL = "kept.journal"  # in STOCK_DIR: the stock while the machine works (stock/journal.py)
 
 
 class NoRegularFile(OSError):
@@ -32,12 +33,13 @@ class TooLong(OSError):
 
 
 def open_regular(path: str, most: int) -> BinaryIO:
-    """A regular file of at most `most` bytes, open for reading bytes.  Raises OSError, whose strerror has the reason."""
+    """A regular file of at most `most` bytes, open for reading bytes.  Raises OSError, whose strerror has the
+    reason."""
     try:
-        if not stat.S_ISREG(os.stat(path).st_mode):     # before it is opened: opening a device may have an effect
+        if not stat.S_ISREG(os.stat(path).st_mode):  # before it is opened: opening a device may have an effect
             raise NoRegularFile(path)
         handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC | os.O_NOCTTY)
-    except ValueError as error:                         # a NUL in the path
+    except ValueError as error:  # a NUL in the path
         raise OSError(errno.EINVAL, str(error), repr(path)) from error
     file = open(handle, "rb")
     try:
@@ -55,7 +57,7 @@ def open_regular(path: str, most: int) -> BinaryIO:
 def read_bytes(path: str, most: int) -> bytes:
     """The content of a regular file of at most `most` bytes.  Raises as open_regular()."""
     with open_regular(path, most) as file:
-        data = file.read(most + 1)                      # it may grow
+        data = file.read(most + 1)  # it may grow
     if len(data) > most:
         raise TooLong(path, len(data), most)
     return data
@@ -63,7 +65,8 @@ def read_bytes(path: str, most: int) -> bytes:
 
 @contextlib.contextmanager
 def locked(folder: str, waits: bool = True) -> Iterator[None]:
-    """One writer in a folder at a time.  Raises OSError; BlockingIOError where another one is at it and it does not wait."""
+    """One writer in a folder at a time.  Raises OSError; BlockingIOError where another one is at it and it does not
+    wait."""
     handle = os.open(folder, os.O_RDONLY)
     try:
         fcntl.flock(handle, fcntl.LOCK_EX | (0 if waits else fcntl.LOCK_NB))
@@ -75,7 +78,8 @@ def locked(folder: str, waits: bool = True) -> Iterator[None]:
 def write_durable(path: str, content: bytes, unfinished: str, mode: int = 0o644) -> None:
     """Write a file: the one at `path` is the old one or the new one at any moment, also after a power cut.
 
-    unfinished: how names of files end that are not complete; their beginning is the file's name.  mode: its rights.  Raises OSError."""
+    unfinished: how names of files end that are not complete; their beginning is the file's name.  mode: its rights.
+    Raises OSError."""
     folder, fresh = os.path.dirname(os.path.abspath(path)), ""
     try:
         handle, fresh = tempfile.mkstemp(prefix=os.path.basename(path) + ".", suffix=unfinished, dir=folder)
@@ -111,10 +115,13 @@ def remove_durable(path: str) -> None:
 
 
 def read_only(folder: str) -> str:
-    """Why this user cannot write in a folder that is there, as words behind its name; "" if that is possible, or if it is not there."""
+    """Why this user cannot write in a folder that is there, as words behind its name; "" if that is possible, or if it
+    is not there."""
     if not os.path.isdir(folder) or os.access(folder, os.W_OK | os.X_OK):
         return ""
-    return "is on a disk that is read-only" if os.statvfs(folder).f_flag & os.ST_RDONLY else "is read-only for this user"
+    return (
+        "is on a disk that is read-only" if os.statvfs(folder).f_flag & os.ST_RDONLY else "is read-only for this user"
+    )
 
 
 def is_full(folder: str) -> bool:

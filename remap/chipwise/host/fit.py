@@ -1,16 +1,19 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Whether realtime modules, programs and LinuxCNC belong together.
 
-Who calls it: cli/load.py before a module is loaded, and through it the package's trigger; tools/build_stamp, which makes the stamp.
+Who calls it: cli/load.py before a module is loaded, and through it the package's trigger; tools/build_stamp, which
+makes the stamp.
 
-stock_tracker and chipwise_inputs read structures in LinuxCNC's memory.  Another LinuxCNC has them elsewhere, and a number read
-from a wrong place looks like any other.  So each module carries a stamp:
+stock_tracker and chipwise_inputs read structures in LinuxCNC's memory.  Another LinuxCNC has them elsewhere, and a
+number read from a wrong place looks like any other.  So each module carries a stamp:
 
     chipwise-stamp CHIPWISE LINUXCNC HEADERS
 
-the versions of chipwise and of the LinuxCNC that it was built with, and a hash of LinuxCNC's headers.  The hash finds two builds of
-LinuxCNC with one version, as a clone of its master has for months; it is compared where headers are installed.
+the versions of chipwise and of the LinuxCNC that it was built with, and a hash of LinuxCNC's headers.  The hash finds
+two builds of LinuxCNC with one version, as a clone of its master has for months; it is compared where headers are
+installed.
 """
+
 import hashlib
 import os
 import re
@@ -22,7 +25,13 @@ from chipwise import ROOT, version
 from chipwise.errors import CycleError, braceless
 
 INSTALLED = Path("/usr/include/linuxcnc")
-MODULES = ("chipwise_command", "chipwise_guard", "chipwise_inputs", "stock_tracker", "volumetric_feed")     # what `chipwise load` loads
+MODULES = (
+    "chipwise_command",
+    "chipwise_guard",
+    "chipwise_inputs",
+    "stock_tracker",
+    "volumetric_feed",
+)  # what `chipwise load` loads
 MARK = b"chipwise-stamp "
 STAMP = re.compile(MARK + rb"([!-~]+) ([!-~]+) ([!-~]+)\0")
 
@@ -32,7 +41,7 @@ class Stamp(NamedTuple):
 
     chipwise: str
     linuxcnc: str
-    headers: str        # fingerprint() of LinuxCNC's headers; "none" where there were none
+    headers: str  # fingerprint() of LinuxCNC's headers; "none" where there were none
 
     def text(self) -> str:
         """As the module has it, without the zero at its end."""
@@ -42,8 +51,14 @@ class Stamp(NamedTuple):
 def linuxcnc_variable(name: str) -> str:
     """What LinuxCNC's own linuxcnc_var says; "" without a LinuxCNC."""
     try:
-        return subprocess.run(["linuxcnc_var", name], check=True, text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                              stderr=subprocess.DEVNULL).stdout.strip()
+        return subprocess.run(
+            ["linuxcnc_var", name],
+            check=True,
+            text=True,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+        ).stdout.strip()
     except (OSError, subprocess.CalledProcessError):
         return ""
 
@@ -93,25 +108,39 @@ def check_stamp(name: str, stamp: Optional[Stamp], wanted: Stamp) -> None:
     if stamp is None:
         raise CycleError(f"{name} is of an earlier chipwise, without a stamp", remedy())
     if stamp.chipwise != wanted.chipwise:
-        raise CycleError(f"{name} is of chipwise {braceless(stamp.chipwise)}, and the programs are {braceless(wanted.chipwise)}", remedy())
+        raise CycleError(
+            f"{name} is of chipwise {braceless(stamp.chipwise)}, and the programs are {braceless(wanted.chipwise)}",
+            remedy(),
+        )
     if stamp.linuxcnc != wanted.linuxcnc:
-        raise CycleError(f"{name} was built for LinuxCNC {braceless(stamp.linuxcnc)}, and this is LinuxCNC {braceless(wanted.linuxcnc)}, "
-                         "whose memory may be laid out otherwise", remedy())
+        raise CycleError(
+            f"{name} was built for LinuxCNC {braceless(stamp.linuxcnc)}, and this is LinuxCNC "
+            f"{braceless(wanted.linuxcnc)}, "
+            "whose memory may be laid out otherwise",
+            remedy(),
+        )
     if "none" not in (stamp.headers, wanted.headers) and stamp.headers != wanted.headers:
-        raise CycleError(f"{name} was built with other headers of LinuxCNC {braceless(wanted.linuxcnc)} than those in "
-                         f"{braceless(str(INSTALLED))}, so its memory may be laid out otherwise", remedy())
+        raise CycleError(
+            f"{name} was built with other headers of LinuxCNC {braceless(wanted.linuxcnc)} than those in "
+            f"{braceless(str(INSTALLED))}, so its memory may be laid out otherwise",
+            remedy(),
+        )
 
 
 def check_fit() -> None:
     """Raise CycleError unless each module that `chipwise load` loads was built for this chipwise and this LinuxCNC."""
     folder = module_folder()
     if folder is None:
-        raise CycleError("LinuxCNC's folder of modules is not known: no RTLIB_DIR in its rtapi.conf", "install LinuxCNC again")
+        raise CycleError(
+            "LinuxCNC's folder of modules is not known: no RTLIB_DIR in its rtapi.conf", "install LinuxCNC again"
+        )
     wanted = Stamp(version(), linuxcnc_version(), fingerprint())
     for name in MODULES:
         path = folder / (name + ".so")
         try:
             stamp = stamp_of(path)
         except OSError as error:
-            raise CycleError(f"the component {braceless(str(path))} cannot be read: {error.strerror}", remedy()) from error
+            raise CycleError(
+                f"the component {braceless(str(path))} cannot be read: {error.strerror}", remedy()
+            ) from error
         check_stamp(path.name, stamp, wanted)

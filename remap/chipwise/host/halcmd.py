@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """LinuxCNC's `halcmd` from Python: commands, pins and components.
 
-Called by the command line tool, the monitor and the headless display.  HAL's own Python module cannot connect pins of other
-components.
+Called by the command line tool, the monitor and the headless display.  HAL's own Python module cannot connect pins of
+other components.
 """
 
 import re
@@ -16,8 +16,14 @@ ARROWS = ("==>", "<==", "<=>")
 
 def attempt(*words: str) -> subprocess.CompletedProcess:
     """One halcmd command in script form, also a failing one -> CompletedProcess."""
-    return subprocess.run(["halcmd", "-s", *words], text=True, check=False, stdin=subprocess.DEVNULL,
-                          stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    return subprocess.run(
+        ["halcmd", "-s", *words],
+        text=True,
+        check=False,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
 
 
 def halcmd(*words: str) -> str:
@@ -30,9 +36,12 @@ def halcmd(*words: str) -> str:
 
 
 def halcmds(*commands: Sequence[str]) -> None:
-    """Several commands in one halcmd, up to the first that fails.  Raises CycleError with that command and what halcmd said."""
+    """Several commands in one halcmd, up to the first that fails.  Raises CycleError with that command and what halcmd
+    said."""
     script = "".join(" ".join(words) + "\n" for words in commands)
-    done = subprocess.run(["halcmd", "-s", "-f"], text=True, check=False, input=script, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    done = subprocess.run(
+        ["halcmd", "-s", "-f"], text=True, check=False, input=script, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    )
     if done.returncode:
         said = (done.stdout + done.stderr).strip()
         line = re.search(r"^<stdin>:(\d+):", said, re.MULTILINE)

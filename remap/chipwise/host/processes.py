@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What the kernel knows of processes and shared memory: the one reader of /proc.
 
-Called by all modules that start or watch processes, and by stock/shared.py.  A process that ends while it is read is treated as
-one that does not exist.
+Called by all modules that start or watch processes, and by stock/shared.py.  A process that ends while it is read is
+treated as one that does not exist.
 """
 
 import contextlib
@@ -15,17 +15,21 @@ import threading
 from typing import Iterator, Union
 
 PR_SET_PDEATHSIG = 1
-PF_EXITING = 0x4            # include/linux/sched.h
+PF_EXITING = 0x4  # include/linux/sched.h
 MEGABYTE = 1 << 20
-M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3       # malloc.h
-OWN_MAPPING = 1 << 20       # bytes
+M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # malloc.h
+OWN_MAPPING = 1 << 20  # bytes
 REMAP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
 
 def environment() -> dict[str, str]:
-    """Environment of another process of chipwise: Python finds chipwise, and behind it what it finds here, as the modules of a LinuxCNC that is run in place
+    """Environment of another process of chipwise: Python finds chipwise, and behind it what it finds here, as the
+    modules of a LinuxCNC that is run in place
     (its rip-environment sets PYTHONPATH; another LinuxCNC's modules do not fit its libraries)."""
-    return {**os.environ, "PYTHONPATH": os.pathsep.join([REMAP, *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))])}
+    return {
+        **os.environ,
+        "PYTHONPATH": os.pathsep.join([REMAP, *filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))]),
+    }
 
 
 def pids() -> list[int]:
@@ -34,7 +38,8 @@ def pids() -> list[int]:
 
 
 def stat_fields(pid: int) -> list[str]:
-    """Fields of /proc/PID/stat after the name (0: state, 1: parent, 6: flags, 11..14: computing time); [] if there is no such process."""
+    """Fields of /proc/PID/stat after the name (0: state, 1: parent, 6: flags, 11..14: computing time); [] if there is
+    no such process."""
     try:
         with open(f"/proc/{pid}/stat", encoding="ascii", errors="replace") as file:
             return file.read().rpartition(")")[2].split()
@@ -43,7 +48,8 @@ def stat_fields(pid: int) -> list[str]:
 
 
 def lives(pid: int) -> bool:
-    """Whether a process runs; a zombie does not, nor does one that was killed and returns its memory, which may take 0.1 s."""
+    """Whether a process runs; a zombie does not, nor does one that was killed and returns its memory, which may take
+    0.1 s."""
     fields = stat_fields(pid)
     return fields[:1] not in ([], ["Z"], ["X"]) and not int(fields[6]) & PF_EXITING
 
@@ -77,7 +83,7 @@ def is_near(pid: int) -> bool:
         if os.stat(f"/proc/{pid}").st_uid != os.geteuid():
             return False
         return os.stat(f"/proc/{pid}/ns/ipc").st_ino == os.stat("/proc/self/ns/ipc").st_ino
-    except PermissionError:                 # it has rights that this one has not
+    except PermissionError:  # it has rights that this one has not
         return True
     except OSError:
         return False
@@ -148,20 +154,22 @@ def shared_memory() -> list[dict[str, int]]:
 
 
 def is_ours(block: dict[str, int]) -> bool:
-    """Whether a row of shared_memory() is this user's alone, as components/linuxcnc_planner.c says it: the block of a setuid rtapi_app has been
-    made by root and given to the user."""
+    """Whether a row of shared_memory() is this user's alone, as components/linuxcnc_planner.c says it: the block of a
+    setuid rtapi_app has been made by root and given to the user."""
     us = (os.getuid(), os.geteuid(), 0)
     return block["uid"] in us and block["cuid"] in us and not block["perms"] & 0o077
 
 
 def return_freed_arrays() -> None:
-    """From now on this process gives the room of each array of OWN_MAPPING bytes back to the kernel when the array is deleted.
+    """From now on this process gives the room of each array of OWN_MAPPING bytes back to the kernel when the array is
+    deleted.
 
-    Otherwise glibc raises this size to that of the largest array that has been deleted, up to 32 MB, and takes all smaller ones from its heap,
-    where the room between two that are in use stays.
+    Otherwise glibc raises this size to that of the largest array that has been deleted, up to 32 MB, and takes all
+    smaller ones from its heap, where the room between two that are in use stays.
     """
     import ctypes
-    with contextlib.suppress(AttributeError):               # not glibc
+
+    with contextlib.suppress(AttributeError):  # not glibc
         mallopt = ctypes.CDLL(None).mallopt
         mallopt(M_MMAP_THRESHOLD, OWN_MAPPING)
         mallopt(M_TRIM_THRESHOLD, 4 * OWN_MAPPING)
@@ -170,20 +178,23 @@ def return_freed_arrays() -> None:
 def return_heap() -> None:
     """Give the kernel back what is free in this process's heap: holes of the smaller arrays that a phase has had."""
     import ctypes
-    with contextlib.suppress(AttributeError):               # not glibc
+
+    with contextlib.suppress(AttributeError):  # not glibc
         ctypes.CDLL(None).malloc_trim(0)
 
 
 def exit_on_sigterm() -> None:
-    """From here on SIGTERM ends the process as sys.exit(143), with its temporary files removed.  In another thread than the first, where Python allows no
-    handler, nothing changes."""
+    """From here on SIGTERM ends the process as sys.exit(143), with its temporary files removed.  In another thread than
+    the first, where Python allows no handler, nothing changes."""
     if threading.current_thread() is threading.main_thread():
         signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
 
 
 def die_with_parent(parent: int) -> None:
-    """Have the kernel kill this process when its parent ends; at once when `parent` (pid) is not the parent any more."""
+    """Have the kernel kill this process when its parent ends; at once when `parent` (pid) is not the parent any
+    more."""
     import ctypes
+
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
     if os.getppid() != parent:
         os._exit(1)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A folder for temporary files that does not outlive its process for long: what a killed one has left is removed by the next.
+"""A folder for temporary files that does not outlive its process for long: what a killed one has left is removed by the
+next.
 
-Called by whatever reads a program in a process of its own.  A folder belongs to the process that holds the lock of a file in it; the kernel
-releases the lock however the process ends.
+Called by whatever reads a program in a process of its own.  A folder belongs to the process that holds the lock of a
+file in it; the kernel releases the lock however the process ends.
 """
 
 import contextlib
@@ -28,7 +29,11 @@ class FolderError(CycleError):
 
 def folder_error(reason: str) -> FolderError:
     """The FolderError for what the system says."""
-    return FolderError("{reason} in the folder for temporary files", "make room there, or name another folder with TMPDIR", reason=reason)
+    return FolderError(
+        "{reason} in the folder for temporary files",
+        "make room there, or name another folder with TMPDIR",
+        reason=reason,
+    )
 
 
 class OwnFolder(tempfile.TemporaryDirectory):
@@ -62,9 +67,10 @@ def put(folder: str, name: str, content: Union[str, bytes]) -> str:
 
 
 def check_room(folder: str, status: int) -> None:
-    """Raise FolderError where a process that has ended by itself, with a status like that of Popen, found no room in its folder."""
+    """Raise FolderError where a process that has ended by itself, with a status like that of Popen, found no room in
+    its folder."""
     room = os.statvfs(folder)
-    if status == -signal.SIGBUS or (status and not room.f_bavail):         # SIGBUS: of the tool table's file, which is mapped
+    if status == -signal.SIGBUS or (status and not room.f_bavail):  # SIGBUS: of the tool table's file, which is mapped
         raise folder_error(os.strerror(errno.ENOSPC))
 
 
@@ -74,7 +80,9 @@ def writing() -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        found_none = error.errno == errno.ENOENT and error.filename is None           # of module tempfile, which has tried several
+        found_none = (
+            error.errno == errno.ENOENT and error.filename is None
+        )  # of module tempfile, which has tried several
         raise folder_error("nothing can be written" if found_none else error.strerror) from error
 
 
@@ -82,11 +90,11 @@ def remove_left_behind() -> None:
     """Remove those folders of this user in $TMPDIR that no process holds any more."""
     for path in glob.glob(os.path.join(glob.escape(tempfile.gettempdir()), NAME + "*", LOCK)):
         folder = os.path.dirname(path)
-        with contextlib.suppress(OSError):              # in use, or gone meanwhile
+        with contextlib.suppress(OSError):  # in use, or gone meanwhile
             with open(os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
                 if os.lstat(folder).st_uid == os.geteuid() and stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                     fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                    shutil.rmtree(folder, ignore_errors=True)           # not through a link
+                    shutil.rmtree(folder, ignore_errors=True)  # not through a link
 
 
 def _locked(folder):

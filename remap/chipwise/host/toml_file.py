@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A TOML file of the user's that chipwise changes without losing what else is in it.  Called by stations/store.py and clamps/set_ups.py."""
+"""A TOML file of the user's that chipwise changes without losing what else is in it.  Called by stations/store.py and
+clamps/set_ups.py."""
 
 import contextlib
 import os
@@ -22,7 +23,9 @@ def document(path: str) -> dict:
     except FileNotFoundError:
         return {}
     except (OSError, UnicodeDecodeError) as error:
-        raise CycleError(braceless(f"{name}: it cannot be read: {getattr(error, 'strerror', None) or 'it is not UTF-8'}"), REMEDY) from error
+        raise CycleError(
+            braceless(f"{name}: it cannot be read: {getattr(error, 'strerror', None) or 'it is not UTF-8'}"), REMEDY
+        ) from error
     except (ValueError, RecursionError) as error:
         raise CycleError(braceless(f"{name}: is not TOML: {error}"), REMEDY) from error
 
@@ -35,7 +38,9 @@ def changing(path: str, head: str, setting: str, what: str) -> Iterator[Any]:
     try:
         import tomlkit
     except ImportError:
-        raise CycleError(f"{what} need the Python package tomlkit, which is not installed", "apt-get install python3-tomlkit") from None
+        raise CycleError(
+            f"{what} need the Python package tomlkit, which is not installed", "apt-get install python3-tomlkit"
+        ) from None
     folder = os.path.dirname(os.path.abspath(path))
     try:
         os.makedirs(folder, exist_ok=True)
@@ -45,5 +50,7 @@ def changing(path: str, head: str, setting: str, what: str) -> Iterator[Any]:
             yield found
             write_durable(path, tomlkit.dumps(found).encode("utf-8"), UNFINISHED)
     except (OSError, ValueError, TypeError) as error:
-        raise CycleError(braceless(f"{os.path.basename(path)}: it cannot be written: {getattr(error, 'strerror', None) or error}"),
-                         f"correct the file, its folder or [CHIPWISE]{setting}") from error
+        raise CycleError(
+            braceless(f"{os.path.basename(path)}: it cannot be written: {getattr(error, 'strerror', None) or error}"),
+            f"correct the file, its folder or [CHIPWISE]{setting}",
+        ) from error

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """DXF -> Drawn, by ezdxf (0.18 of Debian 12 and later).  Called by run.py.
 
-Model space only.  Blocks are taken apart here, so that what lies on layer 0 of a block gets the layer of its reference, and a
-drawing of blocks in blocks ends with a sentence.  z is dropped: what is drawn at a height counts as drawn in the plane, what leaves its
-height is left out.
+Model space only.  Blocks are taken apart here, so that what lies on layer 0 of a block gets the layer of its reference,
+and a drawing of blocks in blocks ends with a sentence.  z is dropped: what is drawn at a height counts as drawn in the
+plane, what leaves its height is left out.
 """
+
 import math
 
 from chipwise.errors import braceless
@@ -12,10 +13,20 @@ from chipwise.geometry.base.contour import turned
 from chipwise.importing import fit
 from chipwise.importing.drawn import MAX_PARTS, Drawn, Unreadable, arc, check_near, line
 
-UNITS = {1: ("inch", 25.4), 2: ("feet", 304.8), 4: ("mm", 1.0), 5: ("cm", 10.0), 6: ("m", 1000.0), 8: ("microinch", 25.4e-6),
-         9: ("mil", 0.0254), 10: ("yard", 914.4), 13: ("micrometre", 1e-3), 14: ("dm", 100.0)}
-DEPTH = 16                  # of blocks in blocks
-FLAT = 1e-9                 # cosine by which an extrusion may differ from the z axis
+UNITS = {
+    1: ("inch", 25.4),
+    2: ("feet", 304.8),
+    4: ("mm", 1.0),
+    5: ("cm", 10.0),
+    6: ("m", 1000.0),
+    8: ("microinch", 25.4e-6),
+    9: ("mil", 0.0254),
+    10: ("yard", 914.4),
+    13: ("micrometre", 1e-3),
+    14: ("dm", 100.0),
+}
+DEPTH = 16  # of blocks in blocks
+FLAT = 1e-9  # cosine by which an extrusion may differ from the z axis
 TEXTS = ("TEXT", "MTEXT")
 
 
@@ -24,7 +35,9 @@ def read(path, tolerance, scale, text=False, layer=None):
     try:
         import ezdxf
     except ImportError:
-        raise Unreadable("a DXF drawing needs the Python package ezdxf, which is not installed", "apt-get install python3-ezdxf") from None
+        raise Unreadable(
+            "a DXF drawing needs the Python package ezdxf, which is not installed", "apt-get install python3-ezdxf"
+        ) from None
     document = _document(ezdxf, path)
     drawn = Drawn()
     unit = _unit(document, drawn) * scale
@@ -38,6 +51,7 @@ def read(path, tolerance, scale, text=False, layer=None):
 def _document(ezdxf, path):
     """ezdxf's document, of a damaged file what can be recovered."""
     from ezdxf import recover
+
     try:
         try:
             return ezdxf.readfile(path)
@@ -45,10 +59,12 @@ def _document(ezdxf, path):
             return recover.readfile(path)[0]
     except MemoryError:
         raise
-    except Exception as error:      # whatever a damaged file makes of a library
+    except Exception as error:  # whatever a damaged file makes of a library
         said = braceless(" ".join(str(error).split())[:80])
-        raise Unreadable(f"the file cannot be read as a DXF drawing ({said or type(error).__name__})",
-                         "save it again as DXF R2010; a DWG file has to be saved as DXF") from None
+        raise Unreadable(
+            f"the file cannot be read as a DXF drawing ({said or type(error).__name__})",
+            "save it again as DXF R2010; a DWG file has to be saved as DXF",
+        ) from None
 
 
 def _unit(document, drawn):
@@ -60,7 +76,10 @@ def _unit(document, drawn):
         return mm
     inch = document.header.get("$MEASUREMENT", 1) == 0
     name, mm = UNITS[1 if inch else 4]
-    drawn.words.append(f"its header names no unit; {name} is taken" + (", as $MEASUREMENT is 0 (--scale 0.0393701 makes it mm)" if inch else ""))
+    drawn.words.append(
+        f"its header names no unit; {name} is taken"
+        + (", as $MEASUREMENT is 0 (--scale 0.0393701 makes it mm)" if inch else "")
+    )
     return mm
 
 
@@ -69,7 +88,11 @@ class _Reader:
 
     def __init__(self, ezdxf, document, drawn, tolerance, unit, text, layer):
         self.drawn, self.tolerance, self.unit, self.text, self.layer = drawn, tolerance, unit, text, layer
-        self._hidden = {entry.dxf.name.lower() for entry in document.layers if entry.is_off() or entry.is_frozen() or not entry.dxf.get("plot", 1)}
+        self._hidden = {
+            entry.dxf.name.lower()
+            for entry in document.layers
+            if entry.is_off() or entry.is_frozen() or not entry.dxf.get("plot", 1)
+        }
         self._hidden_count, self._raised, self._visited, self._others = 0, 0, 0, set()
 
     def entity(self, entity, parent, depth):
@@ -97,9 +120,13 @@ class _Reader:
     def say(self):
         """Sentences about what was dropped on the way."""
         if self._hidden_count:
-            self.drawn.words.append(f"{self._hidden_count} elements on layers that are off, frozen or not plotted are left out")
+            self.drawn.words.append(
+                f"{self._hidden_count} elements on layers that are off, frozen or not plotted are left out"
+            )
         if self._raised:
-            self.drawn.words.append(f"{self._raised} elements are drawn at a height; they are taken as drawn in the plane")
+            self.drawn.words.append(
+                f"{self._raised} elements are drawn at a height; they are taken as drawn in the plane"
+            )
         self.drawn.refuse_other_layers(self.layer, self._others)
 
     def _insert(self, insert, layer, depth):
@@ -117,7 +144,13 @@ class _Reader:
             return
         try:
             found = make(self, entity)
-        except (ArithmeticError, ValueError, TypeError, AttributeError, IndexError):     # of an entity that its library cannot compute
+        except (
+            ArithmeticError,
+            ValueError,
+            TypeError,
+            AttributeError,
+            IndexError,
+        ):  # of an entity that its library cannot compute
             found = None
         if found is None:
             self.drawn.left[kind + " that leaves its height" if kind in _MAKERS else kind] += 1
@@ -156,8 +189,16 @@ class _Reader:
         centre = ocs.to_wcs(entity.dxf.center)
         ccw, radius = entity.dxf.extrusion.z > 0, entity.dxf.radius
         turns = (0.0, 0.0) if entity.dxftype() == "CIRCLE" else (entity.dxf.start_angle, entity.dxf.end_angle)
-        ends = [ocs.to_wcs((entity.dxf.center[0] + radius * math.cos(math.radians(a)), entity.dxf.center[1] + radius * math.sin(math.radians(a)),
-                            entity.dxf.center[2])) for a in turns]
+        ends = [
+            ocs.to_wcs(
+                (
+                    entity.dxf.center[0] + radius * math.cos(math.radians(a)),
+                    entity.dxf.center[1] + radius * math.sin(math.radians(a)),
+                    entity.dxf.center[2],
+                )
+            )
+            for a in turns
+        ]
         self._height(centre)
         if radius <= 0.0:
             return []
@@ -189,8 +230,16 @@ class _Reader:
         if not self._height(*points):
             return None
         ccw = entity.dxf.extrusion.z > 0
-        return [[arc(self.at(points[0]), self.at(points[0] if (points[0] - points[-1]).magnitude < 1e-9 else points[-1]),
-                     self.at(entity.dxf.center), ccw)]]
+        return [
+            [
+                arc(
+                    self.at(points[0]),
+                    self.at(points[0] if (points[0] - points[-1]).magnitude < 1e-9 else points[-1]),
+                    self.at(entity.dxf.center),
+                    ccw,
+                )
+            ]
+        ]
 
     def spline(self, entity):
         check_near(entity.dxf.layer, [self.at(point) for point in (*entity.control_points, *entity.fit_points)])
@@ -208,10 +257,17 @@ class _Reader:
         """A text as the outlines of its letters."""
         try:
             from ezdxf.addons import text2path
-            paths = text2path.make_paths_from_entity(entity) if entity.dxftype() == "TEXT" else [
-                path for part in _lines_of(entity) for path in text2path.make_paths_from_entity(part)]
+
+            paths = (
+                text2path.make_paths_from_entity(entity)
+                if entity.dxftype() == "TEXT"
+                else [path for part in _lines_of(entity) for path in text2path.make_paths_from_entity(part)]
+            )
         except ImportError:
-            raise Unreadable("--text needs the Python package matplotlib, which is not installed", "apt-get install python3-matplotlib") from None
+            raise Unreadable(
+                "--text needs the Python package matplotlib, which is not installed",
+                "apt-get install python3-matplotlib",
+            ) from None
         except Exception:
             self.drawn.left[entity.dxftype()] += 1
             return
@@ -226,6 +282,7 @@ class _Reader:
 def _lines_of(mtext):
     """The lines of an MTEXT as texts."""
     from ezdxf.addons import MTextExplode
+
     layout = mtext.doc.blocks.new_anonymous_block()
     with MTextExplode(layout) as explode:
         explode.explode(mtext, destroy=False)
@@ -253,5 +310,13 @@ def _in_order(parts):
     return found
 
 
-_MAKERS = {"LINE": _Reader.line, "ARC": _Reader.arc, "CIRCLE": _Reader.arc, "LWPOLYLINE": _Reader.polyline, "POLYLINE": _Reader.polyline,
-           "ELLIPSE": _Reader.ellipse, "SPLINE": _Reader.spline, "HELIX": _Reader.spline}
+_MAKERS = {
+    "LINE": _Reader.line,
+    "ARC": _Reader.arc,
+    "CIRCLE": _Reader.arc,
+    "LWPOLYLINE": _Reader.polyline,
+    "POLYLINE": _Reader.polyline,
+    "ELLIPSE": _Reader.ellipse,
+    "SPLINE": _Reader.spline,
+    "HELIX": _Reader.spline,
+}

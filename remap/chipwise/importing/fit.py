@@ -4,15 +4,16 @@
 From each point the arc through it, a middle and a last point is stretched as far as every point between lies within the
 tolerance; then comes the next.  Corners stay: no arc runs over one.
 """
+
 import math
 
 import numpy as np
 
 from chipwise.importing.drawn import arc, line
 
-STRAIGHT_MM = 1e6           # an arc of a larger radius is a line
-SHARE = 0.8                 # of the tolerance for arcs; the rest is for the points, which lie on the curve in chords
-WIDEST_RAD = 3.0            # of one arc
+STRAIGHT_MM = 1e6  # an arc of a larger radius is a line
+SHARE = 0.8  # of the tolerance for arcs; the rest is for the points, which lie on the curve in chords
+WIDEST_RAD = 3.0  # of one arc
 
 
 def fitted(points, tolerance):
@@ -32,14 +33,14 @@ def _longest(points, first, tolerance):
     good: tuple = (first + 1, line(points[first], points[first + 1]), 0.0)
     step = 2
     while first + step < len(points):
-        found = _part(points[first:first + step + 1], tolerance)
+        found = _part(points[first : first + step + 1], tolerance)
         if found is None:
             break
         good, step = (first + step, *found), 2 * step
     low, high = good[0] - first, min(step, len(points) - first)
     while high - low > 1:
         middle = (low + high) // 2
-        found = _part(points[first:first + middle + 1], tolerance) if first + middle < len(points) else None
+        found = _part(points[first : first + middle + 1], tolerance) if first + middle < len(points) else None
         if found is None:
             high = middle
         else:
@@ -65,8 +66,8 @@ def _part(points, tolerance):
     off = np.abs(np.hypot(*(points - centre).T) - radius)
     angle = np.unwrap(np.arctan2(points[:, 1] - centre[1], points[:, 0] - centre[0]))
     turn = np.diff(angle)
-    middle = np.hypot(*((points[1:] + points[:-1]) / 2 - centre).T)          # chords between points bow the same way
-    if off.max() > tolerance or np.abs(middle - radius).max() > 1.5 * tolerance + radius * (turn ** 2).max() / 8:
+    middle = np.hypot(*((points[1:] + points[:-1]) / 2 - centre).T)  # chords between points bow the same way
+    if off.max() > tolerance or np.abs(middle - radius).max() > 1.5 * tolerance + radius * (turn**2).max() / 8:
         return None
     if not (np.all(turn > 0) or np.all(turn < 0)) or abs(angle[-1] - angle[0]) > WIDEST_RAD:
         return None

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Curves of one layer -> closed loops, open chains, and where ends do not meet.  Called by run.py.  mm.
 
- 1. What is drawn twice is dropped: equal parts, and lines that lie in other lines.  Curves that are closed by themselves stay whole.
- 2. Ends nearer than the tolerance are one place.  Where two ends meet, the curves are joined; where more do, nobody knows how to go
-    on, and what ends there stays apart.
+1. What is drawn twice is dropped: equal parts, and lines that lie in other lines.  Curves that are closed by themselves
+   stay whole.
+2. Ends nearer than the tolerance are one place.  Where two ends meet, the curves are joined; where more do, nobody
+   knows how to go on, and what ends there stays apart.
 """
+
 import math
 from collections import defaultdict
 from dataclasses import dataclass, field
@@ -15,8 +17,8 @@ from chipwise.importing.drawn import line
 
 @dataclass
 class Joined:
-    """closed, open: [[part, ..], ..]; gaps: number of those that were closed; widest: mm; branches: places where more than two ends
-    meet; doubled: number of parts left out."""
+    """closed, open: [[part, ..], ..]; gaps: number of those that were closed; widest: mm; branches: places where more
+    than two ends meet; doubled: number of parts left out."""
 
     closed: list = field(default_factory=list)
     open: list = field(default_factory=list)
@@ -37,7 +39,9 @@ def joined(curves, tolerance):
     left, found.doubled = _once(left, tolerance)
     ends = _Ends(left, tolerance)
     used: set = set()
-    for start in [(k, side) for k in range(len(left)) for side in (0, 1) if len(ends.at(k, side)) != 2] + [(k, 0) for k in range(len(left))]:
+    for start in [(k, side) for k in range(len(left)) for side in (0, 1) if len(ends.at(k, side)) != 2] + [
+        (k, 0) for k in range(len(left))
+    ]:
         if start[0] not in used:
             _follow(left, ends, start, used, found, tolerance)
     found.branches = ends.branches()
@@ -143,14 +147,19 @@ def _once(curves, tolerance):
                 continue
             known[key].append(part)
         kept.append(parts)
-    inside = _contained([parts[0] if len(parts) == 1 and not hasattr(parts[0], "centre") else None for parts in kept], tolerance)
+    inside = _contained(
+        [parts[0] if len(parts) == 1 and not hasattr(parts[0], "centre") else None for parts in kept], tolerance
+    )
     return [parts for k, parts in enumerate(kept) if k not in inside], left + len(inside)
 
 
 def _same_arc(part, other, tolerance):
     if part.ccw != other.ccw:
         part = turned(part)
-    return max(math.dist(part.start, other.start), math.dist(part.end, other.end), math.dist(part.centre, other.centre)) <= tolerance
+    return (
+        max(math.dist(part.start, other.start), math.dist(part.end, other.end), math.dist(part.centre, other.centre))
+        <= tolerance
+    )
 
 
 def _contained(lines, tolerance):
@@ -167,7 +176,9 @@ def _contained(lines, tolerance):
         alive: list = []
         for k, box in zip(order, boxes):
             x, y = lines[k].start
-            if any(b[0] <= x <= b[2] and b[1] <= y <= b[3] and _lies_in(lines[k], lines[m], tolerance) for m, b in alive):
+            if any(
+                b[0] <= x <= b[2] and b[1] <= y <= b[3] and _lies_in(lines[k], lines[m], tolerance) for m, b in alive
+            ):
                 found.add(k)
             else:
                 alive.append((k, box))
@@ -184,7 +195,10 @@ def _lies_in(part, other, tolerance):
     (ax, ay), (bx, by) = other.start, other.end
     length = math.dist(other.start, other.end)
     for x, y in (part.start, part.end):
-        along, off = ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length, abs((x - ax) * (by - ay) - (y - ay) * (bx - ax)) / length
+        along, off = (
+            ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length,
+            abs((x - ax) * (by - ay) - (y - ay) * (bx - ax)) / length,
+        )
         if off > tolerance or not -tolerance <= along <= length + tolerance:
             return False
     return True

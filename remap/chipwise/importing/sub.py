@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Imported -> the text of a program with a sub for each layer.  Called by cli/import_drawing.py and filter/model.py.  mm.
+"""Imported -> the text of a program with a sub for each layer.  Called by cli/import_drawing.py and filter/model.py.
+mm.
 
-A layer of up to MOST_LOOPS loops has a sub for each loop (for G77 and G78) and one that calls them all (for G79).  Boundaries run
-counter-clockwise and islands clockwise, so P41 is inside of the pocket along each.  Started as a program it moves nothing: the
-subs are called in the preview only, which shows them.
+A layer of up to MOST_LOOPS loops has a sub for each loop (for G77 and G78) and one that calls them all (for G79).
+Boundaries run counter-clockwise and islands clockwise, so P41 is inside of the pocket along each.  Started as a program
+it moves nothing: the subs are called in the preview only, which shows them.
 """
+
 import math
 import re
 
@@ -14,18 +16,37 @@ MOST_LOOPS = 50
 
 def program(found, name, tolerance):
     """(text, {layer: (number of its sub, {what: number})}) of an Imported; name: of the drawing."""
-    lines = [_comment(f"chipwise import of {name}, tolerance {tolerance:g} mm"), *(_comment(word) for word in found.words)]
+    lines = [
+        _comment(f"chipwise import of {name}, tolerance {tolerance:g} mm"),
+        *(_comment(word) for word in found.words),
+    ]
     ready, numbers = [], {}
     called: list = []
     number = FIRST
     for layer in found.layers:
         subs, own, last = _subs(layer, number)
-        lines += ["", _comment(f"layer {layer.name}: {len(layer.pockets)} pockets, {len(layer.loops)} closed loops, {len(layer.open)} open chains"), *subs]
+        lines += [
+            "",
+            _comment(
+                f"layer {layer.name}: {len(layer.pockets)} pockets, {len(layer.loops)} closed loops, {len(layer.open)} "
+                f"open chains"
+            ),
+            *subs,
+        ]
         numbers[layer.name], called = own, called + [n for what, n in own if what != "loop" or len(layer.loops) == 1]
         ready += [_comment(f"layer {layer.name}"), *(_line(what, n) for what, n in own)]
         number = FIRST * (last // FIRST + 1)
-    show = ["", _comment("shown in the preview only; nothing moves when it is started"), "G21 G90 G17", "o99 if [#<_task> EQ 0]", "F1000",
-            *(f"o{n} call" for n in called), "o99 endif", "", _comment("lines for your program, with your own Z, R, F, after this file's subs:")]
+    show = [
+        "",
+        _comment("shown in the preview only; nothing moves when it is started"),
+        "G21 G90 G17",
+        "o99 if [#<_task> EQ 0]",
+        "F1000",
+        *(f"o{n} call" for n in called),
+        "o99 endif",
+        "",
+        _comment("lines for your program, with your own Z, R, F, after this file's subs:"),
+    ]
     return "\n".join([*lines, *show, *ready, "M2", ""]), numbers
 
 
@@ -50,9 +71,13 @@ def _subs(layer, number):
 
 def _line(what, number):
     """A line that is ready to use, as a comment."""
-    return {"pocket": f"(pocket: G79 Q{number} Z-1 R1 F500)", "contour": f"(pocket: G79 Q{number} Z-1 R1 F500; inside: G77 Q{number} P41 Z-1 R1 F500, outside: P42; to finish: G78)",
-            "loop": f"(one loop: G77 Q{number} P41 Z-1 R1 F500, its other side: P42; to finish: G78)",
-            "open": f"(open: G78 Q{number} P41 Z-1 R1 F500, its other side: P42)"}[what]
+    return {
+        "pocket": f"(pocket: G79 Q{number} Z-1 R1 F500)",
+        "contour": f"(pocket: G79 Q{number} Z-1 R1 F500; inside: G77 Q{number} P41 Z-1 R1 F500, outside: P42; to "
+        f"finish: G78)",
+        "loop": f"(one loop: G77 Q{number} P41 Z-1 R1 F500, its other side: P42; to finish: G78)",
+        "open": f"(open: G78 Q{number} P41 Z-1 R1 F500, its other side: P42)",
+    }[what]
 
 
 def _sub(number, chains):
@@ -65,7 +90,10 @@ def _sub(number, chains):
             if hasattr(part, "centre"):
                 if (ex, ey) == (x, y) and math.dist(part.start, part.end) > 1e-6:
                     continue
-                lines.append(f"{'G3' if part.ccw else 'G2'} X{_n(ex)} Y{_n(ey)} I{_n(part.centre[0] - x)} J{_n(part.centre[1] - y)}")
+                lines.append(
+                    f"{'G3' if part.ccw else 'G2'} X{_n(ex)} Y{_n(ey)} I{_n(part.centre[0] - x)} "
+                    f"J{_n(part.centre[1] - y)}"
+                )
             elif (ex, ey) != (x, y):
                 lines.append(f"G1 X{_n(ex)} Y{_n(ey)}")
             x, y = ex, ey

@@ -1,16 +1,18 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """SVG -> Drawn, by svgelements.  Called by run.py.
 
-Shapes and paths that are filled or have a stroke; svg_tree.py chooses what is shown, transforms, viewBox and units are svgelements' work.  y points down in SVG and is turned over,
-so that the lower edge of the page is Y0.  A layer is a group that Inkscape calls one, else the id of the outermost group.
+Shapes and paths that are filled or have a stroke; svg_tree.py chooses what is shown, transforms, viewBox and units are
+svgelements' work.  y points down in SVG and is turned over, so that the lower edge of the page is Y0.  A layer is a
+group that Inkscape calls one, else the id of the outermost group.
 """
+
 from chipwise.errors import MM_PER_INCH, braceless
 from chipwise.importing import fit, svg_tree
 from chipwise.importing.drawn import Drawn, Unreadable, arc, line
 
-PPI = 96.0                              # of CSS, Inkscape since 0.92
+PPI = 96.0  # of CSS, Inkscape since 0.92
 INKSCAPE = "{http://www.inkscape.org/namespaces/inkscape}"
-POINTS = 24                             # least number on a curve
+POINTS = 24  # least number on a curve
 MOST_POINTS = 3000
 
 
@@ -19,18 +21,27 @@ def read(path, tolerance, scale, text=False, layer=None):
     try:
         import svgelements
     except ImportError:
-        raise Unreadable("an SVG drawing needs the Python package svgelements, which is not installed", "apt-get install python3-svgelements") from None
+        raise Unreadable(
+            "an SVG drawing needs the Python package svgelements, which is not installed",
+            "apt-get install python3-svgelements",
+        ) from None
     try:
         elements, clipped = svg_tree.prepared(path, PPI)
         page = svgelements.SVG.parse(elements, reify=True, ppi=PPI)
     except (MemoryError, Unreadable):
         raise
-    except Exception as error:          # whatever a damaged file makes of a library
+    except Exception as error:  # whatever a damaged file makes of a library
         said = braceless(" ".join(str(error).split())[:80])
-        raise Unreadable(f"the file cannot be read as a SVG drawing ({said or type(error).__name__})", "save it again as plain SVG") from None
+        raise Unreadable(
+            f"the file cannot be read as a SVG drawing ({said or type(error).__name__})", "save it again as plain SVG"
+        ) from None
     drawn, unit = Drawn(), MM_PER_INCH / PPI * scale
     size = str(page.values.get("width") or "")
-    drawn.words.append("unit mm, by the size of its page" if size.endswith(("mm", "cm", "in", "pt", "pc", "q")) else "its page has no size in mm; 96 px are taken as an inch")
+    drawn.words.append(
+        "unit mm, by the size of its page"
+        if size.endswith(("mm", "cm", "in", "pt", "pc", "q"))
+        else "its page has no size in mm; 96 px are taken as an inch"
+    )
     reader = _Reader(svgelements, drawn, tolerance, unit, float(page.height or 0.0), layer)
     reader.group(page, None)
     if clipped:
@@ -43,7 +54,15 @@ class _Reader:
     """Elements of one page -> Drawn."""
 
     def __init__(self, svgelements, drawn, tolerance, unit, height, layer):
-        self.svg, self.drawn, self.tolerance, self.unit, self.height, self.layer, self.others = svgelements, drawn, tolerance, unit, height, layer, set()
+        self.svg, self.drawn, self.tolerance, self.unit, self.height, self.layer, self.others = (
+            svgelements,
+            drawn,
+            tolerance,
+            unit,
+            height,
+            layer,
+            set(),
+        )
 
     def group(self, group, name):
         """All elements of a group; name: of the layer it is in."""
@@ -69,7 +88,9 @@ class _Reader:
         if all(str(shape.values.get(key, "")).strip() == "none" for key in ("fill", "stroke")):
             self.drawn.left["with neither fill nor stroke"] += 1
             return
-        path = (shape if isinstance(shape, self.svg.Path) else self.svg.Path(shape)).reify()    # a shape that is turned has its transform still to come
+        path = (
+            shape if isinstance(shape, self.svg.Path) else self.svg.Path(shape)
+        ).reify()  # a shape that is turned has its transform still to come
         parts: list = []
         for segment in path:
             if isinstance(segment, self.svg.Move):
@@ -89,7 +110,11 @@ class _Reader:
             return []
         if isinstance(segment, (self.svg.Line, self.svg.Close)):
             return [line(self.at(segment.start), self.at(segment.end))]
-        if isinstance(segment, self.svg.Arc) and abs(segment.rx - segment.ry) < 1e-9 * max(segment.rx, 1e-9) and abs(segment.sweep) > 0.0:
+        if (
+            isinstance(segment, self.svg.Arc)
+            and abs(segment.rx - segment.ry) < 1e-9 * max(segment.rx, 1e-9)
+            and abs(segment.sweep) > 0.0
+        ):
             return [arc(self.at(segment.start), self.at(segment.end), self.at(segment.center), segment.sweep < 0.0)]
         size = segment.length(error=1e-2) * self.unit
         count = min(MOST_POINTS, max(POINTS, int(2.0 * (size / self.tolerance) ** 0.5) + 1))

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The elements of an SVG as svgelements reads them right.  Called by svg.py.
 
-svgelements 1.7 shows what is in masks, and symbols where they are defined, knows no use before its target, and no style sheet before its end.
-So before it reads a file:
-1. what is never shown is taken out: masks, markers, patterns, clip paths, filters, definitions, words about the drawing; style sheets go first;
+svgelements 1.7 shows what is in masks, and symbols where they are defined, knows no use before its target, and no style
+sheet before its end.  So before it reads a file:
+1. what is never shown is taken out: masks, markers, patterns, clip paths, filters, definitions, words about the
+   drawing; style sheets go first;
 2. each use becomes a group that holds a copy of its target, a symbol there an svg or a group;
 3. an svg without a viewBox within the drawing becomes a group at its place, and so do links;
 4. of a switch the first element stays that is not for another program.
 """
+
 import copy
 import io
 import xml.etree.ElementTree as ET
@@ -16,14 +18,30 @@ from chipwise.importing.drawn import Unreadable
 
 LINKS = ("href", "{http://www.w3.org/1999/xlink}href")
 PLACE = ("x", "y", "width", "height")
-UNSEEN = {"mask", "marker", "pattern", "clipPath", "filter", "defs", "symbol", "linearGradient", "radialGradient", "metadata", "title", "desc", "namedview", "style", "script"}
-MOST_ELEMENTS = 200_000     # after copies; each may be a shape
-MOST_DEEP = 100             # groups within groups, copies within copies
+UNSEEN = {
+    "mask",
+    "marker",
+    "pattern",
+    "clipPath",
+    "filter",
+    "defs",
+    "symbol",
+    "linearGradient",
+    "radialGradient",
+    "metadata",
+    "title",
+    "desc",
+    "namedview",
+    "style",
+    "script",
+}
+MOST_ELEMENTS = 200_000  # after copies; each may be a shape
+MOST_DEEP = 100  # groups within groups, copies within copies
 
 
 def prepared(path, ppi):
-    """(stream of the elements that are shown, number of elements that are clipped or masked); ppi: user units in an inch.  Raises what ElementTree
-    raises, and Unreadable."""
+    """(stream of the elements that are shown, number of elements that are clipped or masked); ppi: user units in an
+    inch.  Raises what ElementTree raises, and Unreadable."""
     root = ET.parse(path).getroot()
     tree = _Tree(root, ppi)
     sheets = [element for element in root.iter() if name_of(element) == "style"]
@@ -48,8 +66,13 @@ class _Tree:
     def shown(self, element, deep):
         """Makes what is in an element what is shown."""
         if deep > MOST_DEEP:
-            raise Unreadable(f"its groups are more than {MOST_DEEP} deep, or a copy holds itself", "ungroup the drawing")
-        self.clipped += any(key in element.attrib or key + ":" in element.get("style", "").replace(" ", "") for key in ("clip-path", "mask"))
+            raise Unreadable(
+                f"its groups are more than {MOST_DEEP} deep, or a copy holds itself", "ungroup the drawing"
+            )
+        self.clipped += any(
+            key in element.attrib or key + ":" in element.get("style", "").replace(" ", "")
+            for key in ("clip-path", "mask")
+        )
         children = [child for child in element if name_of(child) not in UNSEEN]
         if name_of(element) == "switch":
             children = [child for child in children if name_of(child) != "foreignObject"][:1]
@@ -58,7 +81,10 @@ class _Tree:
         for child in children:
             self.count += 1
             if self.count > MOST_ELEMENTS:
-                raise Unreadable(f"the drawing has more than {MOST_ELEMENTS} elements with its copies", "export the layer that is to be cut")
+                raise Unreadable(
+                    f"the drawing has more than {MOST_ELEMENTS} elements with its copies",
+                    "export the layer that is to be cut",
+                )
             kept.append(self._own(child))
             self.shown(kept[-1], deep + 1)
         element[:] = kept
@@ -75,7 +101,9 @@ class _Tree:
 
     def _placed(self, element):
         """A group with what is in an element, at its place."""
-        made = ET.Element(_named(element, "g"), {key: value for key, value in element.attrib.items() if key not in (*PLACE, *LINKS)})
+        made = ET.Element(
+            _named(element, "g"), {key: value for key, value in element.attrib.items() if key not in (*PLACE, *LINKS)}
+        )
         x, y = (self._length(element.get(key)) for key in PLACE[:2])
         made.set("transform", f"{element.get('transform', '')} translate({x:.9g}, {y:.9g})")
         made[:] = list(element)
@@ -84,6 +112,7 @@ class _Tree:
     def _length(self, text):
         """A length in user units."""
         import svgelements
+
         found = svgelements.Length(text or "0").value(ppi=self.ppi)
         return found if isinstance(found, (int, float)) else 0.0
 
@@ -104,4 +133,4 @@ def _copied(target, use):
 
 def _named(element, name):
     """The tag of another element in its namespace."""
-    return element.tag[:len(element.tag) - len(name_of(element))] + name
+    return element.tag[: len(element.tag) - len(name_of(element))] + name

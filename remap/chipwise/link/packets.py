@@ -1,28 +1,30 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A row of HAL and a datagram that only the owner of the key can make.
 
-A row is what sampler and streamer have with TYPES: number, lower 32 bits of the three counts, upper 32 bits, three steps (slave.h).
-A datagram also has the session of the master, which is new at each start, and the challenge of the slave, which is new for each
-session: so a recording of an older one is worth nothing. Without a key the tag is a check against damage only.
+A row is what sampler and streamer have with TYPES: number, lower 32 bits of the three counts, upper 32 bits, three
+steps (slave.h).  A datagram also has the session of the master, which is new at each start, and the challenge of the
+slave, which is new for each session: so a recording of an older one is worth nothing. Without a key the tag is a check
+against damage only.
 """
+
 import hashlib
 import hmac
 import struct
 
-TYPES = 'uuuussssss'                # of the columns, as cfg= of sampler and streamer
-MAGIC, ASK_MAGIC = b'CWL2', b'CWQ2'
-HEAD = struct.Struct('!4s8s8s')     # magic, session, challenge
-BODY = struct.Struct('!I3I3i3i')
+TYPES = "uuuussssss"  # of the columns, as cfg= of sampler and streamer
+MAGIC, ASK_MAGIC = b"CWL2", b"CWQ2"
+HEAD = struct.Struct("!4s8s8s")  # magic, session, challenge
+BODY = struct.Struct("!I3I3i3i")
 TOKEN_BYTES, TAG_BYTES = 8, 16
 NO_TOKEN = bytes(TOKEN_BYTES)
-SIZE = HEAD.size + BODY.size + TAG_BYTES        # bytes of a datagram
-ASK_SIZE = HEAD.size + TAG_BYTES                # bytes of a challenge: never more than what it answers
+SIZE = HEAD.size + BODY.size + TAG_BYTES  # bytes of a datagram
+ASK_SIZE = HEAD.size + TAG_BYTES  # bytes of a challenge: never more than what it answers
 
 
 class Codec:
     """Packs and unpacks with a key; b'' without one."""
 
-    def __init__(self, key=b''):
+    def __init__(self, key=b""):
         self.key = key
 
     def _tag(self, text):
@@ -31,7 +33,11 @@ class Codec:
     def _opened(self, datagram, size, magic):
         """The text without its tag; None if it is not ours, or damaged."""
         text = datagram[:-TAG_BYTES]
-        if len(datagram) != size or text[:4] != magic or not hmac.compare_digest(self._tag(text), datagram[-TAG_BYTES:]):
+        if (
+            len(datagram) != size
+            or text[:4] != magic
+            or not hmac.compare_digest(self._tag(text), datagram[-TAG_BYTES:])
+        ):
             return None
         return text
 

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Between HAL's streams and a socket: send() beside the master, receive() beside the slave.  Both run until they are ended.
+"""Between HAL's streams and a socket: send() beside the master, receive() beside the slave.  Both run until they are
+ended.
 
 A packet that finds no place costs the slave time, never position: the next one has the whole count.
 """
+
 import secrets
 import select
 import socket
@@ -11,9 +13,9 @@ import time
 from chipwise.link.packets import NO_TOKEN, SIZE, TOKEN_BYTES
 from chipwise.link.reception import IGNORED, PASSED
 
-POLL_S = 0.0005         # HAL's streams cannot be waited for
-RECEIVE_BYTES = 4096    # more than SIZE: a longer datagram is seen as one
-MOST_ANSWERS = 100      # datagrams read in a turn of the master: strangers do not keep it from sending
+POLL_S = 0.0005  # HAL's streams cannot be waited for
+RECEIVE_BYTES = 4096  # more than SIZE: a longer datagram is seen as one
+MOST_ANSWERS = 100  # datagrams read in a turn of the master: strangers do not keep it from sending
 
 
 def challenge_of(channel, codec, session, known):
@@ -23,7 +25,7 @@ def challenge_of(channel, codec, session, known):
             known = codec.challenge(channel.recv(RECEIVE_BYTES), session) or known
         except BlockingIOError:
             break
-        except OSError:         # nobody listens there yet
+        except OSError:  # nobody listens there yet
             continue
     return known
 
@@ -40,7 +42,7 @@ def send(stream, address, count, codec):
                 try:
                     channel.sendto(codec.pack(stream.read(), session, challenge), address)
                     sent += 1
-                except OSError:         # no receiver yet, or a full buffer
+                except OSError:  # no receiver yet, or a full buffer
                     failed += 1
             count(sent, failed)
             time.sleep(POLL_S)
@@ -60,7 +62,7 @@ def receive(stream, channel, most_waiting, count, reception):
         if answer is not None:
             try:
                 channel.sendto(answer, socket.MSG_DONTWAIT, address)
-            except OSError:             # it asks again with the next datagram
+            except OSError:  # it asks again with the next datagram
                 pass
         if verdict == PASSED and stream.depth < most_waiting and stream.writable:
             stream.write(row)

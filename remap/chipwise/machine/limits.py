@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Soft limits of the axes, from the INI file, mm.  Called by glue/soft_limits.py.
 
-LinuxCNC refuses a move whose end is beyond [AXIS_L] or beyond [JOINT_n] (command.c: inRange, 2.9 and 2.10).  With trivial kinematics
-a joint is an axis, so the tighter of both counts; with other kinematics a joint's limit says nothing of an axis.
+LinuxCNC refuses a move whose end is beyond [AXIS_L] or beyond [JOINT_n] (command.c: inRange, 2.9 and 2.10).  With
+trivial kinematics a joint is an axis, so the tighter of both counts; with other kinematics a joint's limit says nothing
+of an axis.
 """
 
 import math
@@ -11,11 +12,12 @@ from functools import lru_cache
 
 from chipwise.ini import read_lines, section_of, unit_mm
 
-LETTERS = "XYZABCUVW"       # joints of trivkins in their order, without coordinates=
+LETTERS = "XYZABCUVW"  # joints of trivkins in their order, without coordinates=
 
 
 def axis_limits(path):
-    """((name, low, high), ..) of X, Y and Z in mm, machine coordinates; infinite where the INI file has none.  Raises OSError."""
+    """((name, low, high), ..) of X, Y and Z in mm, machine coordinates; infinite where the INI file has none.  Raises
+    OSError."""
     return _limits(path, tuple(read_lines(path)))
 
 
@@ -44,7 +46,8 @@ def rotary_limits(path):
 
 
 def machine_axes(lines):
-    """Letters of the axes X Y Z A B C that the machine has, in this order; all that LinuxCNC assumes without [TRAJ]COORDINATES."""
+    """Letters of the axes X Y Z A B C that the machine has, in this order; all that LinuxCNC assumes without
+    [TRAJ]COORDINATES."""
     named = section_of(lines, "TRAJ").get("COORDINATES", "XYZ").upper()
     return "".join(letter for letter in "XYZABC" if letter in named)
 
@@ -55,14 +58,23 @@ def joint_limits(lines):
     for joint in range(int(section_of(lines, "KINS").get("JOINTS", "0"))):
         section = section_of(lines, f"JOINT_{joint}")
         low, high, speed = (_number(section.get(key, "")) for key in ("MIN_LIMIT", "MAX_LIMIT", "MAX_VELOCITY"))
-        found.append((-math.inf if low is None else low, math.inf if high is None else high, math.inf if speed is None else speed))
+        found.append(
+            (
+                -math.inf if low is None else low,
+                math.inf if high is None else high,
+                math.inf if speed is None else speed,
+            )
+        )
     return tuple(found)
 
 
 def traverse_speeds(lines):
     """(mm/s, degrees/s) of a traverse: those of the slowest axis."""
     scale = unit_mm(section_of(lines, "TRAJ").get("LINEAR_UNITS", "mm"))
-    speeds = [[_number(section_of(lines, f"AXIS_{letter}").get("MAX_VELOCITY", "")) or math.inf for letter in letters] for letters in ("XYZ", "ABC")]
+    speeds = [
+        [_number(section_of(lines, f"AXIS_{letter}").get("MAX_VELOCITY", "")) or math.inf for letter in letters]
+        for letters in ("XYZ", "ABC")
+    ]
     return min(speeds[0]) * scale, min(speeds[1])
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A process that reads the loaded program for chipwise-monitor: an order as JSON goes in, an answer as JSON comes out, nobody waits.
+"""A process that reads the loaded program for chipwise-monitor: an order as JSON goes in, an answer as JSON comes out,
+nobody waits.
 
 Called by set_up.py, shadow.py and comment_clamps.py.
 """
@@ -11,7 +12,7 @@ import time
 from chipwise.check import asked
 from chipwise.host.clock import patience
 
-READ_S = 120.0          # until a process that reads is ended
+READ_S = 120.0  # until a process that reads is ended
 NO_ANSWER = {"why": "it could not be read within the time and memory for it"}
 
 

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Work that waits for a disk, in a thread: a disk may take seconds until something is surely on it, and the tool is followed meanwhile.
+"""Work that waits for a disk, in a thread: a disk may take seconds until something is surely on it, and the tool is
+followed meanwhile.
 
-Called by open_mark.py, spindle_load.py and stock_files.py, in the working process of chipwise-monitor.  If that process is killed, what its thread has
-not written yet is lost: the one who begins the work says what that means.
+Called by open_mark.py, spindle_load.py and stock_files.py, in the working process of chipwise-monitor.  If that process
+is killed, what its thread has not written yet is lost: the one who begins the work says what that means.
 """
 
 import threading
@@ -15,7 +16,8 @@ class Aside:
         self._thread = None
 
     def begin(self, work):
-        """Returns at once.  work: function, which reports its errors itself; one that is still at work is waited for before."""
+        """Returns at once.  work: function, which reports its errors itself; one that is still at work is waited for
+        before."""
         self.wait()
         self._thread = threading.Thread(target=work, daemon=True)
         self._thread.start()

@@ -1,19 +1,21 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """LinuxCNC's buffers after a process that was ended while it read or wrote one.
 
-Called by monitor/supervisor.py.  A semaphore guards each buffer, and LinuxCNC takes it without SEM_UNDO (libnml/os_intf/_sem.c): a process that is killed
-at such a moment keeps it for ever, and nobody reads the status or gives a command any more, LinuxCNC's own task included.
+Called by monitor/supervisor.py.  A semaphore guards each buffer, and LinuxCNC takes it without SEM_UNDO
+(libnml/os_intf/_sem.c): a process that is killed at such a moment keeps it for ever, and nobody reads the status or
+gives a command any more, LinuxCNC's own task included.
 """
 
 import ctypes
 
 STATUS = 1002
-KEYS = 1001, STATUS, 1003           # linuxcnc.nml: emcCommand, emcStatus, emcError
-_LAST_USER, _VALUE = 11, 12         # GETPID, GETVAL of <sys/sem.h>
+KEYS = 1001, STATUS, 1003  # linuxcnc.nml: emcCommand, emcStatus, emcError
+_LAST_USER, _VALUE = 11, 12  # GETPID, GETVAL of <sys/sem.h>
 
 
 class Step(ctypes.Structure):
     """struct sembuf of <sys/sem.h>."""
+
     _fields_ = [(name, ctypes.c_short) for name in ("number", "change", "flags")]
 
 
@@ -21,7 +23,9 @@ def held_by(pid):
     """Numbers of the semaphores that a process which does not run has taken and not given back."""
     libc = ctypes.CDLL(None)
     there = [number for number in (libc.semget(key, 1, 0) for key in KEYS) if number >= 0]
-    return [number for number in there if libc.semctl(number, 0, _VALUE) == 0 and libc.semctl(number, 0, _LAST_USER) == pid]
+    return [
+        number for number in there if libc.semctl(number, 0, _VALUE) == 0 and libc.semctl(number, 0, _LAST_USER) == pid
+    ]
 
 
 def give_back(pid):

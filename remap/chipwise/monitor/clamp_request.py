@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Clamps of one source on their path into the table in front of the guard: due, asked for, answered.  Called by set_up.py and comment_clamps.py."""
+"""Clamps of one source on their path into the table in front of the guard: due, asked for, answered.  Called by
+set_up.py and comment_clamps.py."""
 
 from chipwise.stock import reasons
 
@@ -7,7 +8,8 @@ from chipwise.stock import reasons
 class ClampRequest:
     """Of one source: JOB or COMMENTS of clamps_in_force.py.  step() at each look of the monitor.
 
-    Clamps that become due while others are asked for take their place in the table; the answer is then to the last ones.
+    Clamps that become due while others are asked for take their place in the table; the answer is then to the last
+    ones.
     """
 
     def __init__(self, component, stock_files, source):
@@ -24,7 +26,8 @@ class ClampRequest:
         self.is_due, self.is_asked = is_due, False
 
     def step(self, clamps, may_begin=True):
-        """The reply (stock/reasons.py) to clamps [(how many M256 come before it, Clamp)], once, as soon as it is there; else None.
+        """The reply (stock/reasons.py) to clamps [(how many M256 come before it, Clamp)], once, as soon as it is there;
+        else None.
 
         may_begin: whether they may be put into the table now, besides what the pins and the stock say.
         """

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""CLAMP comments of the loaded program: puts their clamps in front of the realtime guard (clamps_in_force.py).  Called by worker.py.
+"""CLAMP comments of the loaded program: puts their clamps in front of the realtime guard (clamps_in_force.py).  Called
+by worker.py.
 
- 1. A program whose file has the word CLAMP is read in a process of its own (monitor/comment_process.py) when it is loaded, and again when the file or the work
-    offset changes.
- 2. All its clamps are in force from then on until another program is loaded: also before the line of the comment, and for MDI.
- 3. An answer that comes when the program runs already counts at once: the machine is stopped before a clamp that is still to come.
- 4. What M256 of the program takes away comes back when the run has ended.
+1. A program whose file has the word CLAMP is read in a process of its own (monitor/comment_process.py) when it is
+   loaded, and again when the file or the work offset changes.
+2. All its clamps are in force from then on until another program is loaded: also before the line of the comment, and
+   for MDI.
+3. An answer that comes when the program runs already counts at once: the machine is stopped before a clamp that is
+   still to come.
+4. What M256 of the program takes away comes back when the run has ended.
 """
 
 import contextlib
@@ -29,8 +32,8 @@ class CommentClamps:
         """inform: function of a text for the operator; working: context of long work."""
         self.pins, self.files, self.ini, self.working = component, stock_files, ini, working
         self.saying, self.reading = Saying(inform), Answering("chipwise.monitor.comment_process")
-        self.loaded = None              # (program, identity, work offset) that was asked for
-        self.clamps = []                # [(how many M256 come before it, Clamp)]
+        self.loaded = None  # (program, identity, work offset) that was asked for
+        self.clamps = []  # [(how many M256 come before it, Clamp)]
         self.request, self.said_late = ClampRequest(component, stock_files, COMMENTS), False
 
     def follow(self, linuxcnc, status):
@@ -45,7 +48,9 @@ class CommentClamps:
             self._load(status)
         elif self.reading.child is not None and self.pins["program-running"] and not self.said_late:
             self.said_late = True
-            self.saying.tell(f"{self._name()} has begun before the clamps of its comments were read, so they are not in force yet")
+            self.saying.tell(
+                f"{self._name()} has begun before the clamps of its comments were read, so they are not in force yet"
+            )
         answer = self.reading.take()
         if answer:
             self._take(answer)
@@ -53,7 +58,9 @@ class CommentClamps:
 
     def has_read(self, program):
         """Whether nothing more is to come for the loaded program."""
-        return not self.ini or bool(self.loaded and self.loaded[0] == program and self.reading.child is None and not self.request.is_open)
+        return not self.ini or bool(
+            self.loaded and self.loaded[0] == program and self.reading.child is None and not self.request.is_open
+        )
 
     def end(self):
         """The monitor ends."""
@@ -75,7 +82,7 @@ class CommentClamps:
             self.reading.ask({"ini": self.ini, "program": status.file, "scene": scene})
 
     def _has_word(self):
-        with self.working():            # a disk may take seconds for a large file
+        with self.working():  # a disk may take seconds for a large file
             return has_word(self.loaded[0])
 
     def _take(self, answer):
@@ -85,7 +92,8 @@ class CommentClamps:
         self._offer([(after, Clamp.of_row(row)) for after, *row in answer["clamps"]])
 
     def _offer(self, clamps):
-        """Those of the loaded program, as far as is known; without any there is something to do only while others are in the table."""
+        """Those of the loaded program, as far as is known; without any there is something to do only while others are
+        in the table."""
         self.clamps = clamps
         self.request.is_due = bool(clamps) or self.files.clamps.has(COMMENTS)
 
@@ -99,4 +107,7 @@ class CommentClamps:
             self.saying.tell(f"{self._name()}: the clamps of its comments are not in force: {problem}; {remedy}")
         elif self.clamps:
             count = len(self.clamps)
-            self.saying.tell(f"{self._name()}: {count} clamp{'s' * (count > 1)} of its comments: the machine stops before a move comes too near")
+            self.saying.tell(
+                f"{self._name()}: {count} clamp{'s' * (count > 1)} of its comments: the machine stops before a move "
+                f"comes too near"
+            )

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What the realtime components lack on this machine, said to the operator: the path ahead, and time.
 
-Called by worker.py.  stock-tracker.0.path-refused has the check that failed (components/core/path_watch.h): what was refused while
-LinuxCNC started counts at once, the rest after 1 s of cutting.
+Called by worker.py.  stock-tracker.0.path-refused has the check that failed (components/core/path_watch.h): what was
+refused while LinuxCNC started counts at once, the rest after 1 s of cutting.
 
-HAL measures how long stock-tracker.0 takes, and motion how long a period is: in clocks of the processor (LinuxCNC 2.9) or in ns
-(2.10), both in the same unit (hal_lib.c: thread_task, motion/control.c), so their quotient is the share of the period in any unit.
+HAL measures how long stock-tracker.0 takes, and motion how long a period is: in clocks of the processor (LinuxCNC 2.9)
+or in ns
+(2.10), both in the same unit (hal_lib.c: thread_task, motion/control.c), so their quotient is the share of the period
+in any unit.
 """
 
 import os
@@ -19,10 +21,10 @@ from chipwise.monitor.start_line import Quiet
 from chipwise.clib.layout import PathRefusal
 
 AT_START = range(PathRefusal.NO_BLOCK, PathRefusal.HEARTBEAT)
-SLOW_SHARE = 0.5        # of the period: the rest of the thread and the screen need the other half
-LOOKS = 500             # of 0.02 s that are remembered
-SLOW_LOOKS = 100        # of them: without a realtime kernel a run may be interrupted, at times for longer than a period
-PERIODS = 51            # whose median is the period: one alone may begin late
+SLOW_SHARE = 0.5  # of the period: the rest of the thread and the screen need the other half
+LOOKS = 500  # of 0.02 s that are remembered
+SLOW_LOOKS = 100  # of them: without a realtime kernel a run may be interrupted, at times for longer than a period
+PERIODS = 51  # whose median is the period: one alone may begin late
 
 
 class Pace:
@@ -34,15 +36,15 @@ class Pace:
 
     def look(self):
         """-> share of the period that is worth saying, 0 if none is."""
-        self.periods.append(self.read('motion.servo.last-period'))
-        period = statistics.median(self.periods) * speed()        # a clock that runs fast makes the real period short
+        self.periods.append(self.read("motion.servo.last-period"))
+        period = statistics.median(self.periods) * speed()  # a clock that runs fast makes the real period short
         if len(self.periods) < PERIODS or period <= 0:
             return 0.0
-        most = self.read('stock-tracker.0.tmax') / period if self.is_realtime else 0.0
+        most = self.read("stock-tracker.0.tmax") / period if self.is_realtime else 0.0
         if most >= SLOW_SHARE:
             return most
-        took = self.read('stock-tracker.0.time')
-        if took == self.took:               # perhaps of the same run: the thread waits
+        took = self.read("stock-tracker.0.time")
+        if took == self.took:  # perhaps of the same run: the thread waits
             return 0.0
         self.took = took
         self.shares.append(took / period)
@@ -56,6 +58,7 @@ def is_realtime():
         import lcnc_realtime
     except ImportError:
         import hal
+
         return bool(hal.is_rt)
     return bool(lcnc_realtime.verify())
 
@@ -63,10 +66,11 @@ def is_realtime():
 def make_pace():
     """The Pace of this machine; None without these pins."""
     import hal
+
     try:
         pace = Pace(hal.get_value, is_realtime())
         pace.look()
-        hal.get_value('stock-tracker.0.tmax')
+        hal.get_value("stock-tracker.0.tmax")
     except RuntimeError:
         return None
     return pace
@@ -92,19 +96,21 @@ class Hints:
         share = self.pace.look() if self.pace else 0.0
         if share:
             self.pace = None
-            period_us = Ini().servo_period_s() * 1e6 if os.environ.get('INI_FILE_NAME') else 1000.0
+            period_us = Ini().servo_period_s() * 1e6 if os.environ.get("INI_FILE_NAME") else 1000.0
             self.inform(slow_text(share * period_us, period_us))
 
     def follow_path(self, now):
         """A path that is not read: at the start as soon as a message disturbs no command, else while M251 is on."""
-        code = self.pins['path-refused']
+        code = self.pins["path-refused"]
         if not code or code in self.said:
             return
         if code in AT_START:
             self.quiet = self.quiet or Quiet(self.linuxcnc)
             if not self.quiet(now):
                 return
-        elif not self.pins['mode']:
+        elif not self.pins["mode"]:
             return
         self.said.add(code)
-        self.say(PATH_REFUSALS.get(code, f'check {code} of the motion planner fails, so the path ahead is only predicted'))
+        self.say(
+            PATH_REFUSALS.get(code, f"check {code} of the motion planner fails, so the path ahead is only predicted")
+        )

@@ -1,13 +1,18 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Whether chipwise-monitor has done with the loaded program, and whose the stock is: pins for a display that waits for it (headless/display.py).
-Called by worker.py."""
+"""Whether chipwise-monitor has done with the loaded program, and whose the stock is: pins for a display that waits for
+it (headless/display.py).  Called by worker.py."""
 
 import zlib
 
 PROGRAM_READ, STOCK_SOURCE = "program-read", "stock-source"
 PINS = PROGRAM_READ, STOCK_SOURCE
-SOURCES = None, "program", "job", "assumed"         # values of the second one; a stock of MDI or of M254 counts as the program's
-LARGEST_S32 = 0x7fffffff
+SOURCES = (
+    None,
+    "program",
+    "job",
+    "assumed",
+)  # values of the second one; a stock of MDI or of M254 counts as the program's
+LARGEST_S32 = 0x7FFFFFFF
 
 
 def checksum(path):
@@ -17,7 +22,9 @@ def checksum(path):
 
 def show(pins, path, shadow, set_up, comment_clamps):
     """Set the pins.  path: of the loaded program, "" without one."""
-    has_read = path and set_up.has_read(path) and (set_up.claims or shadow.has_read(path)) and comment_clamps.has_read(path)
+    has_read = (
+        path and set_up.has_read(path) and (set_up.claims or shadow.has_read(path)) and comment_clamps.has_read(path)
+    )
     pins[PROGRAM_READ] = checksum(path) if has_read else 0
     source = None
     if pins["stock-defined"]:

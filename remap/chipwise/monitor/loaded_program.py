@@ -15,7 +15,7 @@ import stat
 
 from chipwise.program.comments import REMARK
 
-READ_BYTES = 4_000_000      # a program sets its modes near its head; the monitor must not spend time on the rest
+READ_BYTES = 4_000_000  # a program sets its modes near its head; the monitor must not spend time on the rest
 
 
 def _code(letter, tens, ones):
@@ -58,8 +58,9 @@ class LoadedProgram:
     """Looks at each program once."""
 
     def __init__(self, inform, feed_is_remapped, limits=None):
-        """inform: function of a text for the operator; feed_is_remapped: whether the INI file has REMAP = F; limits: Limits, which gets the text."""
-        self.inform, self.feed_is_remapped, self.limits, self.seen = inform, feed_is_remapped, limits, ''
+        """inform: function of a text for the operator; feed_is_remapped: whether the INI file has REMAP = F; limits:
+        Limits, which gets the text."""
+        self.inform, self.feed_is_remapped, self.limits, self.seen = inform, feed_is_remapped, limits, ""
 
     def follow(self, path, speed=0.0):
         """path: the program that LinuxCNC has open, "" for none; speed: of the spindle, 1/min."""
@@ -78,8 +79,12 @@ class LoadedProgram:
         lines = _lines_in(text) if self.feed_is_remapped else {}
         name = os.path.basename(path)
         if "G93" in lines:
-            self.inform(f"{name} uses G93 (line {lines['G93']}), which LinuxCNC ends at the tenth F while F is remapped; "
-                        "remove REMAP = F from the INI file")
+            self.inform(
+                f"{name} uses G93 (line {lines['G93']}), which LinuxCNC ends at the tenth F while F is remapped; "
+                "remove REMAP = F from the INI file"
+            )
         if "M73" in lines:
-            self.inform(f"{name} uses M73 (line {lines['M73']}), which LinuxCNC ends when it restores F while F is remapped; "
-                        "use M70 and M72, or remove REMAP = F from the INI file")
+            self.inform(
+                f"{name} uses M73 (line {lines['M73']}), which LinuxCNC ends when it restores F while F is remapped; "
+                "use M70 and M72, or remove REMAP = F from the INI file"
+            )

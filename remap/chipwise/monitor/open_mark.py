@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The note that this run of LinuxCNC has a stock, or may have cut the one that was kept: if it is there at the next start, that run did not end in order.
+"""The note that this run of LinuxCNC has a stock, or may have cut the one that was kept: if it is there at the next
+start, that run did not end in order.
 
-Called by stock_files.py.  A thread writes it (aside.py).  If the monitor is killed before it is on the disk, a power loss is not seen at the next start.
+Called by stock_files.py.  A thread writes it (aside.py).  If the monitor is killed before it is on the disk, a power
+loss is not seen at the next start.
 """
 
 import os
@@ -10,7 +12,10 @@ from chipwise.host.files import printable, write_durable
 from chipwise.monitor.aside import Aside
 from chipwise.stock import store
 
-TEXT = b"A run of LinuxCNC with [CHIPWISE]KEEP_STOCK has a stock. If none runs, it did not end in order, and the stock as saved last is in kept.journal.\n"
+TEXT = (
+    b"A run of LinuxCNC with [CHIPWISE]KEEP_STOCK has a stock. If none runs, it did not end in order, and the "
+    b"stock as saved last is in kept.journal.\n"
+)
 
 
 class OpenMark:
@@ -35,4 +40,10 @@ class OpenMark:
             os.makedirs(os.path.dirname(path), exist_ok=True)
             write_durable(path, TEXT, store.UNFINISHED)
         except OSError as error:
-            print(printable(f'chipwise: {path} was not written: {error.strerror}; without it a power loss is not seen at the next start'), flush=True)
+            print(
+                printable(
+                    f"chipwise: {path} was not written: {error.strerror}; without it a power loss is not seen at the "
+                    f"next start"
+                ),
+                flush=True,
+            )

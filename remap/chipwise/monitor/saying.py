@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What one part of chipwise-monitor has for the operator, shown when no command is under way.  Called by worker.py, set_up.py and shadow.py."""
+"""What one part of chipwise-monitor has for the operator, shown when no command is under way.  Called by worker.py,
+set_up.py and shadow.py."""
 
 from chipwise.host.files import printable
 from chipwise.monitor.start_line import Quiet

@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Assumes a stock for a loaded program that defines none ([CHIPWISE]SHADOW).  Called by worker.py.
 
- 1. The program is read in a process of its own (monitor/shadow_process.py) when it is loaded, and again when the file or the work offset changes.
- 2. The stock is written while no program runs and nothing moves, and never over a certain one: the tracker refuses that
-    (components/core/tracker.h, 2).  One that comes too late, because the program has begun, is not written for that run.
- 3. A program at the same work offset goes on in the stock of the one before: one file a tool is the habit.  If its own stock is larger, the one before grows
-    (monitor/joined_stock.py).  The pin new-part, or the button of the page, begins with a whole stock.  A program without a stock at another offset ends it.
- 4. A tool that only comments describe counts in an assumed stock only.  Where neither they nor the tool table have it, the program is read again as soon as
-    another tool is in the spindle or the tool table has changed.
- 5. The operator reads once what is assumed, or why nothing is, when no command is under way (start_line.py: Quiet).
+1. The program is read in a process of its own (monitor/shadow_process.py) when it is loaded, and again when the file or
+   the work offset changes.
+2. The stock is written while no program runs and nothing moves, and never over a certain one: the tracker refuses that
+   (components/core/tracker.h, 2).  One that comes too late, because the program has begun, is not written for that run.
+3. A program at the same work offset goes on in the stock of the one before: one file a tool is the habit.  If its own
+   stock is larger, the one before grows
+   (monitor/joined_stock.py).  The pin new-part, or the button of the page, begins with a whole stock.  A program
+   without a stock at another offset ends it.
+4. A tool that only comments describe counts in an assumed stock only.  Where neither they nor the tool table have it,
+   the program is read again as soon as another tool is in the spindle or the tool table has changed.
+5. The operator reads once what is assumed, or why nothing is, when no command is under way (start_line.py: Quiet).
 """
 
 import contextlib
@@ -29,9 +32,9 @@ from chipwise.stock import reasons
 from chipwise.clib.core import CoreError, Stock
 from chipwise.stock.store import head_of
 
-HELD_S = 1.0            # for the tracker's answer
-MOST_TRIES = 3          # to give it a stock: a busy computer lets it answer late
-PERIODS_S = 0.05        # some servo periods
+HELD_S = 1.0  # for the tracker's answer
+MOST_TRIES = 3  # to give it a stock: a busy computer lets it answer late
+PERIODS_S = 0.05  # some servo periods
 INSIDE_MM = 0.01
 NO_STOCK = "define it with M250"
 NEW_PART = "press New part for another one"
@@ -55,20 +58,23 @@ def to_machine(answer):
 class Shadow:
     """Of one LinuxCNC.  follow() at each look of the monitor."""
 
-    def __init__(self, component, settings, stock_files, ini, inform, working=contextlib.nullcontext, feed_is_remapped=False):
-        """inform: function of a text for the operator; working: context of long work; feed_is_remapped: whether the INI file has REMAP = F."""
+    def __init__(
+        self, component, settings, stock_files, ini, inform, working=contextlib.nullcontext, feed_is_remapped=False
+    ):
+        """inform: function of a text for the operator; working: context of long work; feed_is_remapped: whether the INI
+        file has REMAP = F."""
         self.pins, self.settings, self.files, self.ini, self.working = component, settings, stock_files, ini, working
         self.saying, self.reading = Saying(inform), Answering("chipwise.monitor.shadow_process")
         self.is_on = settings["SHADOW"] and bool(ini)
         self.time = SetUpTime(component, self.is_on and feed_is_remapped)
         self.table = _tool_table(ini) if self.is_on else ""
-        self.scene = None               # in which the loaded program was read
-        self.loaded = None              # (program, identity, work offset) that was asked for
-        self.answer = None              # of the loaded program, if it has a stock
-        self.wanted = None              # the same, until it is written
-        self.written = None             # (work offset, low, high) of the stock that is assumed
-        self.owner = None               # (program, identity) that it was assumed for last
-        self.asks_tool = None           # (tool, identity of the tool table) for which a tool was unknown
+        self.scene = None  # in which the loaded program was read
+        self.loaded = None  # (program, identity, work offset) that was asked for
+        self.answer = None  # of the loaded program, if it has a stock
+        self.wanted = None  # the same, until it is written
+        self.written = None  # (work offset, low, high) of the stock that is assumed
+        self.owner = None  # (program, identity) that it was assumed for last
+        self.asks_tool = None  # (tool, identity of the tool table) for which a tool was unknown
         self.pressed = bool(component["new-part"])
         self.tools, self.spindle, self.tries = {}, None, 0
 
@@ -77,11 +83,11 @@ class Shadow:
         if not self.is_on:
             return
         self.saying.speak(linuxcnc)
-        self.time.look(None if getattr(status, "call_level", 0) else status.file)        # in a sub it is the sub's
+        self.time.look(None if getattr(status, "call_level", 0) else status.file)  # in a sub it is the sub's
         pressed, self.pressed = self.pins["new-part"] and not self.pressed, bool(self.pins["new-part"])
         if not is_idle(linuxcnc, status):
             if self.reading.child is not None or self.wanted is not None:
-                self.reading.end()             # too late for this run: it is read again behind it
+                self.reading.end()  # too late for this run: it is read again behind it
                 self.loaded = self.wanted = None
             return
         scene = loaded.scene(status)
@@ -139,7 +145,10 @@ class Shadow:
         if answer.get("asks_tool"):
             self.asks_tool = self._tool_state(self.scene)
         if answer["why"] and not self._is_certain():
-            self.saying.tell(f"{os.path.basename(self.loaded[0])}: no stock is assumed: {answer['why']}; {answer.get('remedy') or NO_STOCK}")
+            self.saying.tell(
+                f"{os.path.basename(self.loaded[0])}: no stock is assumed: {answer['why']}; "
+                f"{answer.get('remedy') or NO_STOCK}"
+            )
         if answer.get("low"):
             self.answer, self.wanted, self.tries = answer, answer, 0
             self.time.ask(self.loaded, {"ini": self.ini, "program": self.loaded[0], "scene": self.scene})
@@ -151,7 +160,8 @@ class Shadow:
     # ---- the stock -------------------------------------------------------------------------------------------------
 
     def _write(self, answer, place, is_still):
-        """Put the assumed stock into the map, unless it lies inside the one before.  is_still: whether nothing has begun meanwhile."""
+        """Put the assumed stock into the map, unless it lies inside the one before.  is_still: whether nothing has
+        begun meanwhile."""
         name = os.path.basename(self.loaded[0])
         low, high, turn = to_machine(answer)
         self.tools, self.spindle = {int(number): tool for number, tool in answer["tools"].items()}, answer["spindle"]
@@ -164,11 +174,13 @@ class Shadow:
         if stock is None:
             self._tell_on(name, "")
         elif not is_still():
-            self.loaded = None          # read again behind the run
+            self.loaded = None  # read again behind the run
         elif self._put(head_of(stock.head, removed), stock.cells_and_ring):
             self.written = place, *box
             if box == (low, high) or not before:
-                self.saying.tell(f"{name}: a stock is assumed from {answer['text']}, and nothing acts on it; define it with M250")
+                self.saying.tell(
+                    f"{name}: a stock is assumed from {answer['text']}, and nothing acts on it; define it with M250"
+                )
                 self.owner = self.loaded[:2]
             else:
                 self._tell_on(name, ", which is larger now")
@@ -193,7 +205,7 @@ class Shadow:
         taken = self.files.stock.take() if before else None
         if taken:
             larger = around(before[1:], box, turn)
-            with contextlib.suppress(CoreError):        # too far apart: the new one alone
+            with contextlib.suppress(CoreError):  # too far apart: the new one alone
                 return join(*taken, larger, turn, room), taken[0].removed, larger
         return Stock(*box, coarsest, room[2], 0, turn, finest), 0.0, box
 
@@ -205,7 +217,11 @@ class Shadow:
 
     def _give_up(self):
         """No stock in place of an assumed one of another work offset."""
-        if self.pins["stock-defined"] and not self.pins["certain"] and self._hold(lambda: self.files.stock.put(None, None)):
+        if (
+            self.pins["stock-defined"]
+            and not self.pins["certain"]
+            and self._hold(lambda: self.files.stock.put(None, None))
+        ):
             self.written = self.owner = None
 
     def _put(self, found, cells):
@@ -213,7 +229,7 @@ class Shadow:
         if not self._hold(lambda: self.files.stock.put(found, cells)):
             return False
         end = time.monotonic() + patience(HELD_S)
-        while not self.pins["stock-defined"] and time.monotonic() < end:        # the tracker looks at it in its next period
+        while not self.pins["stock-defined"] and time.monotonic() < end:  # the tracker looks at it in its next period
             time.sleep(0.001)
         return bool(self.pins["stock-defined"])
 
@@ -223,19 +239,23 @@ class Shadow:
         try:
             return self.files.held(work, patience(HELD_S)) == reasons.DONE
         finally:
-            time.sleep(PERIODS_S)           # a hold that the tracker may still see is one with `assumed`
+            time.sleep(PERIODS_S)  # a hold that the tracker may still see is one with `assumed`
             self.pins["assumed"] = False
 
     def tool(self, number, shape, units):
         """Tool for the pins: a tool without a diameter as comments describe it, in an assumed stock."""
         found = self.tools.get(number if number > 0 or self.spindle is None else self.spindle)
-        assumed = bool(self.is_on and found and shape.diameter <= 0 and self.pins["stock-defined"] and not self.pins["certain"])
+        assumed = bool(
+            self.is_on and found and shape.diameter <= 0 and self.pins["stock-defined"] and not self.pins["certain"]
+        )
         self.pins["tool-assumed"] = assumed
         return Tool(found[0] * units, found[1] * units, found[2]) if assumed else shape
 
 
 def _inside(low, high, low_before, high_before):
-    return all(a >= b - INSIDE_MM for a, b in zip(low, low_before)) and all(a <= b + INSIDE_MM for a, b in zip(high, high_before))
+    return all(a >= b - INSIDE_MM for a, b in zip(low, low_before)) and all(
+        a <= b + INSIDE_MM for a, b in zip(high, high_before)
+    )
 
 
 def _tool_table(ini):

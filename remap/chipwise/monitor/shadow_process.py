@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Assumes the stock of the loaded program, in a process of its own: an order as JSON on standard input, the answer as JSON on standard output.
-Called by monitor/shadow.py.
+"""Assumes the stock of the loaded program, in a process of its own: an order as JSON on standard input, the answer as
+JSON on standard output.  Called by monitor/shadow.py.
 
     {"ini", "program", "scene"}     scene: loaded.scene()
-    -> {"why": the reason for assuming no stock, "" with a stock or where the operator needs no word; "remedy"; "asks_tool": whether a tool
-        is what is missing; "low", "high": mm, work coordinates, null
-        without a stock; "text": where it comes from, and its corners; "to_machine": [turn (rad), offset, G92 offset]; "tools": {number: [diameter, corner radius (mm), tip angle (degrees)]} that only comments describe, "spindle": number or null}
+    -> {"why": the reason for assuming no stock, "" with a stock or where the operator needs no word; "remedy";
+        "asks_tool": whether a tool is what is missing; "low", "high": mm, work coordinates, null
+        without a stock; "text": where it comes from, and its corners; "to_machine": [turn (rad), offset, G92 offset];
+        "tools": {number: [diameter, corner radius (mm), tip angle (degrees)]} that only comments describe, "spindle":
+        number or null}
 
 Computing time and memory are limited, and LinuxCNC comes first.
 """
@@ -22,7 +24,7 @@ from chipwise.host.temp_folder import OwnFolder
 
 NICE = 10
 CPU_S = 60
-MEMORY_MB = 1000            # of this process, and of the one that reads
+MEMORY_MB = 1000  # of this process, and of the one that reads
 MOST_MOVES = 5_000_000
 SILENT = {"why": "", "low": None}
 REMEDIES = {STOCK: "define it with M250", TOOL: "call the tool with T.. M6 first, or give it a D in the tool table"}
@@ -39,8 +41,10 @@ def answer(order, folder):
     """-> the answer."""
     machine = machine_in_force(order["ini"], order["scene"], folder)
     if not machine.has_y:
-        return SILENT           # a lathe
-    survey = surveyed(Reader(order["program"], machine, cpu_s=CPU_S, most_moves=MOST_MOVES, memory_mb=MEMORY_MB), machine)
+        return SILENT  # a lathe
+    survey = surveyed(
+        Reader(order["program"], machine, cpu_s=CPU_S, most_moves=MOST_MOVES, memory_mb=MEMORY_MB), machine
+    )
     if survey.has_stock:
         return SILENT
     if not survey.tools:
@@ -48,9 +52,19 @@ def answer(order, folder):
     found = assume(survey, order["program"], machine)
     frame = survey.first_frame or survey.frame
     source = "its comments" if found.source == COMMENT else "its path"
-    text = f"{source}, from {format_place(found.low, machine.unit)} to {format_place(found.high, machine.unit)} {machine.unit}"
-    return {"why": "", "text": text, "low": found.low, "high": found.high, "to_machine": [frame.turn, frame.offset, frame.g92],
-            "tools": {number: _tool(tool) for number, tool in found.tools.items()}, "spindle": found.spindle}
+    text = (
+        f"{source}, from {format_place(found.low, machine.unit)} to {format_place(found.high, machine.unit)} "
+        f"{machine.unit}"
+    )
+    return {
+        "why": "",
+        "text": text,
+        "low": found.low,
+        "high": found.high,
+        "to_machine": [frame.turn, frame.offset, frame.g92],
+        "tools": {number: _tool(tool) for number, tool in found.tools.items()},
+        "spindle": found.spindle,
+    }
 
 
 def main():
@@ -59,7 +73,11 @@ def main():
         try:
             said = answer(order, folder)
         except Unknown as error:
-            said = {"why": error.fact, "remedy": ", ".join(REMEDIES[about] for about in error.about), "asks_tool": TOOL in error.about}
+            said = {
+                "why": error.fact,
+                "remedy": ", ".join(REMEDIES[about] for about in error.about),
+                "asks_tool": TOOL in error.about,
+            }
         except Unreadable as error:
             said = {"why": str(error).partition(";")[0]}
         except CycleError as error:

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Keep a process running: the work of chipwise-monitor in a child, its HAL pins in the parent.
 
-Called by cli/monitor.py.  The parent owns the HAL component and does nothing else, so that little can go wrong in it; the child
-has the same pins (HAL is shared memory) and does the work.  A child that dies or hangs is replaced by another one: pins, names and
-signals stay.  If the parent is killed the child dies with it, and `chipwise monitor` starts both again (takeover.py).
+Called by cli/monitor.py.  The parent owns the HAL component and does nothing else, so that little can go wrong in it;
+the child has the same pins (HAL is shared memory) and does the work.  A child that dies or hangs is replaced by another
+one: pins, names and signals stay.  If the parent is killed the child dies with it, and `chipwise monitor` starts both
+again (takeover.py).
 """
 
 import os
@@ -14,12 +15,12 @@ from chipwise.host.clock import patience
 from chipwise.monitor import buffers
 from chipwise.host.processes import die_with_parent
 
-LOOK_S = 1.0            # between two looks at the heartbeat
-GLANCE_S = 0.02         # between two looks at the signals
-HUNG_S = 30.0           # without a heartbeat: the child is ended and replaced
-CALM_S = 10.0           # a child that lived this long is replaced at once, else after a pause
+LOOK_S = 1.0  # between two looks at the heartbeat
+GLANCE_S = 0.02  # between two looks at the signals
+HUNG_S = 30.0  # without a heartbeat: the child is ended and replaced
+CALM_S = 10.0  # a child that lived this long is replaced at once, else after a pause
 PAUSE_S = 1.0
-LAST_WORDS_S = 120.0    # for a child that has been asked to end: it may have a stock to save
+LAST_WORDS_S = 120.0  # for a child that has been asked to end: it may have a stock to save
 
 OURS = {signal.SIGTERM, signal.SIGINT, signal.SIGCHLD}
 
@@ -27,14 +28,14 @@ OURS = {signal.SIGTERM, signal.SIGINT, signal.SIGCHLD}
 def how_it_ended(status):
     """The status of os.waitpid as words."""
     code = os.waitstatus_to_exitcode(status)
-    return f'was ended by signal {-code}' if code < 0 else f'ended with status {code}'
+    return f"was ended by signal {-code}" if code < 0 else f"ended with status {code}"
 
 
 def next_signal(seconds):
     """The number of the next of OURS, None if none comes in so many seconds.
 
-    It polls, because signal.sigtimedwait(OURS, seconds) returns a signal that was never sent if the process was stopped and
-    continued after that time (SIGSTOP, a debugger, a machine that slept; Python 3.11, Modules/signalmodule.c)."""
+    It polls, because signal.sigtimedwait(OURS, seconds) returns a signal that was never sent if the process was stopped
+    and continued after that time (SIGSTOP, a debugger, a machine that slept; Python 3.11, Modules/signalmodule.c)."""
     until = time.monotonic() + seconds
     while True:
         seen = signal.sigtimedwait(OURS, 0)
@@ -49,11 +50,11 @@ class Supervisor:
     """One child after the other, until one ends by itself with status 0 or we are asked to end."""
 
     def __init__(self, work, heartbeat):
-        """work: function of the reason why the child before has ended ('' for the first one), run in the child, which ends with
-        it.  heartbeat: function -> a number that changes while the child works."""
+        """work: function of the reason why the child before has ended ('' for the first one), run in the child, which
+        ends with it.  heartbeat: function -> a number that changes while the child works."""
         self.work, self.heartbeat = work, heartbeat
         self.child = None
-        self.born = self.beaten = 0.0           # time.monotonic(), s
+        self.born = self.beaten = 0.0  # time.monotonic(), s
         self.last_beat = None
 
     def start(self, reason):
@@ -65,16 +66,16 @@ class Supervisor:
         status = 1
         try:
             die_with_parent(parent)
-            signal.signal(signal.SIGINT, signal.SIG_IGN)        # the parent handles it
+            signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles it
             signal.pthread_sigmask(signal.SIG_UNBLOCK, OURS)
             self.work(reason)
             status = 0
         except SystemExit as end:
             status = end.code if isinstance(end.code, int) else 0
-        except BaseException as error:          # reported in the log; the parent starts another child
-            print(f'chipwise-monitor: {type(error).__name__}: {error}', flush=True)
+        except BaseException as error:  # reported in the log; the parent starts another child
+            print(f"chipwise-monitor: {type(error).__name__}: {error}", flush=True)
         finally:
-            os._exit(status)                    # without destructors: the component is the parent's
+            os._exit(status)  # without destructors: the component is the parent's
 
     def ended(self):
         """Status of the child if it has ended, else None.  LinuxCNC's buffers are free then."""
@@ -108,7 +109,7 @@ class Supervisor:
 
     def run(self):
         signal.pthread_sigmask(signal.SIG_BLOCK, OURS)
-        self.start('')
+        self.start("")
         hung = False
         while True:
             if next_signal(LOOK_S) in (signal.SIGTERM, signal.SIGINT):
@@ -122,7 +123,7 @@ class Supervisor:
             else:
                 if time.monotonic() - self.born < CALM_S and self.pause():
                     return
-                self.start(f'hung for {HUNG_S:g} s' if hung else how_it_ended(status))
+                self.start(f"hung for {HUNG_S:g} s" if hung else how_it_ended(status))
                 hung = False
 
     @staticmethod

@@ -10,25 +10,28 @@ from chipwise.tool_data.geometry import tool_geometry
 @dataclass(frozen=True)
 class Cutting:
     """What the edges of a tool bear; 0: unknown."""
+
     flutes: int = 0
-    max_rate: float = 0.0           # mm3/min
-    max_chip: float = 0.0           # mm
-    min_chip: float = 0.0           # mm
+    max_rate: float = 0.0  # mm3/min
+    max_chip: float = 0.0  # mm
+    min_chip: float = 0.0  # mm
 
 
 @dataclass(frozen=True)
 class Shank:
     """What is behind the edges; 0: unknown."""
-    stick_out: float = 0.0          # machine units
-    holder_diameter: float = 0.0    # machine units
-    max_force: float = 0.0          # N
-    stiffness: float = 0.0          # N/mm
-    unbent: str = ''                # what the limit of its bending lacks, in words
+
+    stick_out: float = 0.0  # machine units
+    holder_diameter: float = 0.0  # machine units
+    max_force: float = 0.0  # N
+    stiffness: float = 0.0  # N/mm
+    unbent: str = ""  # what the limit of its bending lacks, in words
 
 
 @dataclass(frozen=True)
 class Tool:
     """The tool in the spindle for the pins: machine units and degrees; 0: unknown."""
+
     diameter: float = 0.0
     corner_radius: float = 0.0
     tip_angle: float = 0.0
@@ -46,9 +49,16 @@ def tool_shape(number, diameter, path, units):
     if geometry is None:
         return Tool(diameter)
     radius = (geometry.corner_radius or 0.0) * units
-    corner = {'ball': diameter / 2, 'bull': radius, 'tapered-ball': radius}.get(geometry.shape, 0.0)
-    tip = geometry.tip_angle if geometry.shape in ('vee', 'tapered-ball') else 0.0
-    cutting = Cutting(geometry.flutes or 0, geometry.max_removal_rate or 0.0, geometry.chip_load or 0.0, geometry.chip_least or 0.0)
-    shank = Shank((geometry.stick_out or 0.0) * units, (geometry.holder_diameter or 0.0) * units, largest_force(diameter / units, geometry),
-                  stiffness(diameter / units, geometry.stick_out, geometry.material), lacking(geometry))
+    corner = {"ball": diameter / 2, "bull": radius, "tapered-ball": radius}.get(geometry.shape, 0.0)
+    tip = geometry.tip_angle if geometry.shape in ("vee", "tapered-ball") else 0.0
+    cutting = Cutting(
+        geometry.flutes or 0, geometry.max_removal_rate or 0.0, geometry.chip_load or 0.0, geometry.chip_least or 0.0
+    )
+    shank = Shank(
+        (geometry.stick_out or 0.0) * units,
+        (geometry.holder_diameter or 0.0) * units,
+        largest_force(diameter / units, geometry),
+        stiffness(diameter / units, geometry.stick_out, geometry.material),
+        lacking(geometry),
+    )
     return Tool(diameter, corner, tip or 0.0, (geometry.flute_length or 0.0) * units, cutting, shank)

@@ -16,18 +16,19 @@ def slots():
 
 def check_name(name, refuse):
     """Refuse what is neither a stock file nor a slot."""
-    if name not in slots() and not name.endswith('.stock'):
-        refuse(f'{name} is neither FILE.stock nor a slot from 0 to {reasons.SLOTS - 1}')
+    if name not in slots() and not name.endswith(".stock"):
+        refuse(f"{name} is neither FILE.stock nor a slot from 0 to {reasons.SLOTS - 1}")
 
 
 def settings_of(ini, names, refuse):
     """The settings of the machine, None if none is named and none of the names is a slot.  Raises CycleError."""
-    if ini or os.environ.get('INI_FILE_NAME'):
+    if ini or os.environ.get("INI_FILE_NAME"):
         from chipwise.settings import load_settings
+
         return load_settings(ini)
     for name in names:
         if name in slots():
-            refuse(f'slot {name} is that of a machine; use --ini INI')
+            refuse(f"slot {name} is that of a machine; use --ini INI")
     return None
 
 
@@ -36,6 +37,7 @@ def path_of(name, settings):
     if name not in slots():
         return name
     from chipwise.stock import store
-    folder = settings.path('STOCK_DIR')
+
+    folder = settings.path("STOCK_DIR")
     os.makedirs(folder, exist_ok=True)
     return os.path.join(folder, store.slot_name(int(name)))

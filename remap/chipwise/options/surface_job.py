@@ -26,16 +26,16 @@ from chipwise.host.files import read_bytes
 from chipwise.options.machine import UsageError, add_ini, refuser
 from chipwise.options.surface_program import LENGTHS
 
-NAME = 'surface'
+NAME = "surface"
 
 refuse = refuser(NAME)
 
-LARGEST = 1e5               # of any length option, machine units
-MOST = 1e6                  # of feeds, speed and scale
+LARGEST = 1e5  # of any length option, machine units
+MOST = 1e6  # of feeds, speed and scale
 
 ENDING = ".toml"
 MAX_BYTES, MAX_CUTS, MAX_SHOWN = 1 << 18, 50, 40
-OF_THE_MODEL = ("model", "at", "scale", "pixel", "depth", "cell")       # not in a [[cut]]
+OF_THE_MODEL = ("model", "at", "scale", "pixel", "depth", "cell")  # not in a [[cut]]
 
 
 def is_job(path):
@@ -44,7 +44,8 @@ def is_job(path):
 
 
 def read_job(path, defaults):
-    """Options (Namespace) of each cut.  defaults: {name: value, None: not given} of the options.  Raises CycleError, with the file's name."""
+    """Options (Namespace) of each cut.  defaults: {name: value, None: not given} of the options.  Raises CycleError,
+    with the file's name."""
     name = braceless(os.path.basename(path))
     try:
         table = tomllib.loads(read_bytes(path, MAX_BYTES).decode())
@@ -53,7 +54,10 @@ def read_job(path, defaults):
             raise CycleError(f"the job file has no [[cut]], or more than {MAX_CUTS}", "add [[cut]] with tool and step")
         common = {**defaults, **_values(table, "", defaults)}
         of_a_cut = [key for key in defaults if key not in OF_THE_MODEL]
-        found = [argparse.Namespace(**{**common, **_values(cut, f" of cut {number}", of_a_cut)}) for number, cut in enumerate(cuts, 1)]
+        found = [
+            argparse.Namespace(**{**common, **_values(cut, f" of cut {number}", of_a_cut)})
+            for number, cut in enumerate(cuts, 1)
+        ]
         for number, cut in enumerate(found, 1):
             for key in ("model", "tool", "step"):
                 if getattr(cut, key) is None and (key != "step" or cut.scallop is None):
@@ -61,8 +65,10 @@ def read_job(path, defaults):
             cut.model = os.path.join(os.path.dirname(os.path.abspath(path)), os.path.expanduser(cut.model))
         return found
     except OSError as error:
-        raise CycleError(f"{name}: {braceless(error.strerror or str(error))}", "correct the name of the job file") from error
-    except (ValueError, RecursionError) as error:           # UTF-8, TOML, a number of 5,000 digits, tables in tables in tables
+        raise CycleError(
+            f"{name}: {braceless(error.strerror or str(error))}", "correct the name of the job file"
+        ) from error
+    except (ValueError, RecursionError) as error:  # UTF-8, TOML, a number of 5,000 digits, tables in tables in tables
         raise CycleError(f"{name}: {braceless(str(error))}", "correct the job file") from error
     except CycleError as error:
         raise CycleError(f"{name}: {error.problem}", error.remedy) from None
@@ -86,7 +92,10 @@ def _values(table, where, known):
         else:
             good, rule = _is_number(value), "a number"
         if not good:
-            raise CycleError(f"the job file has {key} = {braceless(repr(value)[:MAX_SHOWN])}{where}, which is not {rule}", "correct it")
+            raise CycleError(
+                f"the job file has {key} = {braceless(repr(value)[:MAX_SHOWN])}{where}, which is not {rule}",
+                "correct it",
+            )
         found[key] = value
     return found
 
@@ -103,21 +112,35 @@ def message_of(error, unit):
 
 
 def add_arguments(parser):
-    parser.add_argument('model', metavar='MODEL', help='STL file, PNG picture with 8 or 16 bit, or job file .toml')
-    parser.add_argument('-o', '--output', metavar='OUT.ngc', required=True, help='the program')
-    parser.add_argument('--tool', type=int, metavar='N', help='number of the tool in the tool table')
+    parser.add_argument("model", metavar="MODEL", help="STL file, PNG picture with 8 or 16 bit, or job file .toml")
+    parser.add_argument("-o", "--output", metavar="OUT.ngc", required=True, help="the program")
+    parser.add_argument("--tool", type=int, metavar="N", help="number of the tool in the tool table")
     for name, (metavar, _default, _least, _closed, text) in LENGTHS.items():
-        parser.add_argument(f'--{name}', type=float, metavar=metavar, help=text)
-    parser.add_argument('--direction', type=int, metavar='DEG', default=0, help='of the cuts, whole degrees to X (default: 0)')
-    parser.add_argument('--link', type=int, metavar='0|1|2', default=0,
-                        help='0 over the clearance plane (default), 1 the lowest safe link, 2 zigzag')
-    parser.add_argument('--conventional', action='store_true', help='one-way cuts are conventional, not climb, with M3')
-    parser.add_argument('--at', nargs=3, type=float, metavar=('X', 'Y', 'Z'), default=(0.0, 0.0, 0.0), help="where the file's origin goes")
-    parser.add_argument('--scale', type=float, metavar='S', help="factor of the file's lengths (default: 1)")
-    parser.add_argument('--feed', type=float, metavar='F', help='cutting feed, machine units/min (default: 600 mm/min)')
-    parser.add_argument('--plunge-feed', type=float, metavar='E', help='plunge feed (default: half of --feed)')
-    parser.add_argument('--speed', type=float, metavar='S', default=10000.0, help='spindle speed (default: 10000)')
-    parser.add_argument('--json', metavar='FILE', help='the figures, for programs')
+        parser.add_argument(f"--{name}", type=float, metavar=metavar, help=text)
+    parser.add_argument(
+        "--direction", type=int, metavar="DEG", default=0, help="of the cuts, whole degrees to X (default: 0)"
+    )
+    parser.add_argument(
+        "--link",
+        type=int,
+        metavar="0|1|2",
+        default=0,
+        help="0 over the clearance plane (default), 1 the lowest safe link, 2 zigzag",
+    )
+    parser.add_argument("--conventional", action="store_true", help="one-way cuts are conventional, not climb, with M3")
+    parser.add_argument(
+        "--at",
+        nargs=3,
+        type=float,
+        metavar=("X", "Y", "Z"),
+        default=(0.0, 0.0, 0.0),
+        help="where the file's origin goes",
+    )
+    parser.add_argument("--scale", type=float, metavar="S", help="factor of the file's lengths (default: 1)")
+    parser.add_argument("--feed", type=float, metavar="F", help="cutting feed, machine units/min (default: 600 mm/min)")
+    parser.add_argument("--plunge-feed", type=float, metavar="E", help="plunge feed (default: half of --feed)")
+    parser.add_argument("--speed", type=float, metavar="S", default=10000.0, help="spindle speed (default: 10000)")
+    parser.add_argument("--json", metavar="FILE", help="the figures, for programs")
     add_ini(parser)
     parser.error = refuse
 
@@ -125,14 +148,17 @@ def add_arguments(parser):
 def cuts_of(options):
     """The options of each cut: those of the command, or of the job file it names."""
     if not is_job(options.model):
-        for name in ('tool', 'step'):
-            if getattr(options, name) is None and (name == 'tool' or options.scallop is None):
-                refuse(f'--{name} is missing')
+        for name in ("tool", "step"):
+            if getattr(options, name) is None and (name == "tool" or options.scallop is None):
+                refuse(f"--{name} is missing")
         return [options]
-    given = [f'--{name.replace("_", "-")}' for name, value in job_defaults().items()
-             if name != 'model' and getattr(options, name) != value]
+    given = [
+        f"--{name.replace('_', '-')}"
+        for name, value in job_defaults().items()
+        if name != "model" and getattr(options, name) != value
+    ]
     if given:
-        refuse(f'{given[0]} is given beside a job file: write it into the file')
+        refuse(f"{given[0]} is given beside a job file: write it into the file")
     cuts = read_job(options.model, job_defaults())
     for cut in cuts:
         cut.output, cut.json, cut.ini, cut.job = options.output, options.json, options.ini, options.model
@@ -143,25 +169,31 @@ def job_defaults():
     """{option: default} of what a job file may give."""
     parser = argparse.ArgumentParser()
     add_arguments(parser)
-    known = {action.dest: action.default for action in parser._actions if action.dest != 'help'}
-    return {name: value for name, value in known.items() if name not in ('output', 'json', 'ini')}
+    known = {action.dest: action.default for action in parser._actions if action.dest != "help"}
+    return {name: value for name, value in known.items() if name not in ("output", "json", "ini")}
 
 
 def check_options(options):
     """UsageError for what cannot be meant."""
     for name, (_metavar, _default, least, closed, _text) in LENGTHS.items():
-        value = getattr(options, name.replace('-', '_'))
+        value = getattr(options, name.replace("-", "_"))
         if value is None:
             continue
         low = -LARGEST if least is None else least
         if not (low < value <= LARGEST or closed and value == low):
-            kind = f'a length from {-LARGEST:.0f}' if least is None else 'a length of 0 or more' if closed else 'a length above 0'
-            refuse(f'--{name} {value:g} is not {kind}, up to {LARGEST:.0f}')
-    for name in ('feed', 'plunge_feed', 'speed', 'scale'):
+            kind = (
+                f"a length from {-LARGEST:.0f}"
+                if least is None
+                else "a length of 0 or more"
+                if closed
+                else "a length above 0"
+            )
+            refuse(f"--{name} {value:g} is not {kind}, up to {LARGEST:.0f}")
+    for name in ("feed", "plunge_feed", "speed", "scale"):
         value = getattr(options, name)
         if value is not None and not 0 < value <= MOST:
-            refuse(f'--{name.replace("_", "-")} {value:g} is not a number above 0, up to {MOST:.0f}')
+            refuse(f"--{name.replace('_', '-')} {value:g} is not a number above 0, up to {MOST:.0f}")
     if not all(abs(value) <= LARGEST for value in options.at):
-        refuse('--at needs three lengths')
+        refuse("--at needs three lengths")
     if options.tool < 1:
-        refuse(f'--tool {options.tool} is not the number of a tool')
+        refuse(f"--tool {options.tool} is not the number of a tool")

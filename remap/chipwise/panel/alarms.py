@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Alarms for the page of `chipwise panel`: what, line, tool and remedy, and the last of them.
 
-Called by watch.py.  The words are those of chipwise-monitor (monitor/messages.py).  An alarm is active as long as its cause is
-there; after that it stays on the page until the operator clears it, and in the history then.
+Called by watch.py.  The words are those of chipwise-monitor (monitor/messages.py).  An alarm is active as long as its
+cause is there; after that it stays on the page until the operator clears it, and in the history then.
 """
 
 from chipwise.monitor.messages import FAULTS, clamp_text, guard_text, override_text
 from chipwise.monitor.spindle_load import LOAD_ALARMS
 from chipwise.clib.layout import Fault, GuardReason
 
-HISTORY = 200           # alarms that are kept
+HISTORY = 200  # alarms that are kept
 MM_PER_INCH = 25.4
-NEEDED_IN_CUT = range(Fault.TOOL_DIAMETER, Fault.TURNED + 1)    # an alarm while M251 is on
+NEEDED_IN_CUT = range(Fault.TOOL_DIAMETER, Fault.TURNED + 1)  # an alarm while M251 is on
 
 
 class StillActive(Exception):
@@ -19,25 +19,46 @@ class StillActive(Exception):
 
 
 def guard_words(pins, inch, auto=True):
-    """The sentence of chipwise-monitor for a stop by a guard; auto: LinuxCNC is in the mode of programs, and a line is one of the program."""
+    """The sentence of chipwise-monitor for a stop by a guard; auto: LinuxCNC is in the mode of programs, and a line is
+    one of the program."""
     per = 1 / MM_PER_INCH if inch else 1.0
     if int(pins["guard_reason"]) == GuardReason.CLAMP_CONTACT:
-        return clamp_text(f"clamp {int(pins['guard_clamp'])} of the set-up in force", int(pins["guard_part"]), pins["guard_distance"] * per,
-                          int(pins["guard_line"]) if auto else 0, int(pins["tool"]), "in" if inch else "mm")
-    return guard_text(int(pins["guard_reason"]), int(pins["guard_line"]) if auto else 0, pins["guard_distance"] * per, pins["guard_depth"] * per,
-                      int(pins["tool"]), pins["tool_diameter"] * per, pins["tool_flute_length"] * per, "in" if inch else "mm")
+        return clamp_text(
+            f"clamp {int(pins['guard_clamp'])} of the set-up in force",
+            int(pins["guard_part"]),
+            pins["guard_distance"] * per,
+            int(pins["guard_line"]) if auto else 0,
+            int(pins["tool"]),
+            "in" if inch else "mm",
+        )
+    return guard_text(
+        int(pins["guard_reason"]),
+        int(pins["guard_line"]) if auto else 0,
+        pins["guard_distance"] * per,
+        pins["guard_depth"] * per,
+        int(pins["tool"]),
+        pins["tool_diameter"] * per,
+        pins["tool_flute_length"] * per,
+        "in" if inch else "mm",
+    )
 
 
-ITEMS = {f"guard {GuardReason.RAPID_CONTACT}": "alarm_rapid", f"guard {GuardReason.CLAMP_CONTACT}": "alarm_rapid", f"guard {GuardReason.FLUTE_EXCESS}": "alarm_flute"}     # display items; else:
+ITEMS = {
+    f"guard {GuardReason.RAPID_CONTACT}": "alarm_rapid",
+    f"guard {GuardReason.CLAMP_CONTACT}": "alarm_rapid",
+    f"guard {GuardReason.FLUTE_EXCESS}": "alarm_flute",
+}  # display items; else:
 OTHER = "alarm_fault"
-LOAD = "load "              # kinds of alarms of the measured load: line and ratio are those of its beginning
+LOAD = "load "  # kinds of alarms of the measured load: line and ratio are those of its beginning
 
 
 def load_words(pins, auto=True):
     """The sentence of chipwise-monitor for an alarm of the measured load."""
     line = int(pins["line"]) if auto else 0
     ratio = pins["load_ratio"] / pins["load_factor"] if pins["load_factor"] > 0 else 0.0
-    return LOAD_ALARMS[int(pins["load_alarm"])].format(where=f"{f'line {line}' if line > 0 else 'MDI'}, tool {int(pins['tool'])}", ratio=ratio)
+    return LOAD_ALARMS[int(pins["load_alarm"])].format(
+        where=f"{f'line {line}' if line > 0 else 'MDI'}, tool {int(pins['tool'])}", ratio=ratio
+    )
 
 
 def causes(pins, inch, auto=True):
@@ -60,11 +81,12 @@ class Alarms:
 
     def __init__(self):
         self.entries = []
-        self._active = {}           # kind: its entry
+        self._active = {}  # kind: its entry
         self._count = 0
 
     def step(self, pins, inch, now, auto=True):
-        """pins: Machine.pins(); now: s since 1970; auto: the mode of programs.  A move of MDI has no line: motion counts on from the program before.
+        """pins: Machine.pins(); now: s since 1970; auto: the mode of programs.  A move of MDI has no line: motion
+        counts on from the program before.
         -> whether anything has changed."""
         found, changed = causes(pins, inch, auto), False
         for kind in [kind for kind in self._active if kind not in found]:
@@ -75,11 +97,20 @@ class Alarms:
             entry = self._active.get(kind)
             if entry is None:
                 self._count += 1
-                entry = self._active[kind] = {"id": self._count, "time": round(now, 1), "active": True, "cleared": False, "what": "",
-                                              "line": 0 if not auto else int(pins["guard_line"] if kind.startswith("guard") else pins["line"]),
-                                              "tool": int(pins["tool"]), "item": ITEMS.get(kind, OTHER)}
+                entry = self._active[kind] = {
+                    "id": self._count,
+                    "time": round(now, 1),
+                    "active": True,
+                    "cleared": False,
+                    "what": "",
+                    "line": 0 if not auto else int(pins["guard_line"] if kind.startswith("guard") else pins["line"]),
+                    "tool": int(pins["tool"]),
+                    "item": ITEMS.get(kind, OTHER),
+                }
                 self.entries = [*self.entries, entry][-HISTORY:]
-            if not entry["what"] or entry["what"] != what and not kind.startswith(LOAD):               # the depth of a flute excess grows while the tool stops
+            if (
+                not entry["what"] or entry["what"] != what and not kind.startswith(LOAD)
+            ):  # the depth of a flute excess grows while the tool stops
                 entry.update(what=what, remedy=remedy)
                 changed = True
         return changed

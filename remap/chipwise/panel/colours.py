@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The colour of each display item in light and dark mode: colours.toml, and over it a machine's own file, [CHIPWISE]COLOURS.
+"""The colour of each display item in light and dark mode: colours.toml, and over it a machine's own file,
+[CHIPWISE]COLOURS.
 
 Called by the panel, and by cli/enter.py for its drawing.
 
     load()["tool"].light        "#b35c00"
     colour("tool", "dark")
 
-Source: abstract on a colour display for an NC without one: relations between display items and colours are stored beforehand,
-whoever shows an item asks for it by its name and draws it in its colour.
+Source: abstract on a colour display for an NC without one: relations between display items and colours are stored
+beforehand, whoever shows an item asks for it by its name and draws it in its colour.
 """
 
 import os
@@ -23,11 +24,11 @@ from chipwise.settings import load_settings
 BUILT_IN = os.path.join(os.path.dirname(os.path.abspath(__file__)), "colours.toml")
 MODES = ("light", "dark")
 BACKGROUND = "background"
-LEAST_CONTRAST = 3.0        # of an item to the background: WCAG 2.1, 1.4.11
+LEAST_CONTRAST = 3.0  # of an item to the background: WCAG 2.1, 1.4.11
 MAX_BYTES = 1 << 20
 _COLOUR = re.compile(r"#[0-9a-fA-F]{6}")
 _SHOWN = 40
-_REMEDY = "write it as \"#rrggbb\", two hexadecimal digits for each of red, green and blue"
+_REMEDY = 'write it as "#rrggbb", two hexadecimal digits for each of red, green and blue'
 
 
 @dataclass(frozen=True)
@@ -48,8 +49,10 @@ def load(path: Optional[str] = None) -> dict:
     """{item: Item}.  path: of the machine's own file, "" for none; None: [CHIPWISE]COLOURS.
 
     Raises CycleError naming file, item, mode and rule."""
-    items = {item: Item(table["name"], tuple(table.get("groups", ())), table["light"], table["dark"])
-             for item, table in _document(BUILT_IN).items()}
+    items = {
+        item: Item(table["name"], tuple(table.get("groups", ())), table["light"], table["dark"])
+        for item, table in _document(BUILT_IN).items()
+    }
     path = load_settings().path("COLOURS") if path is None else path
     if path:
         items = _changed(items, path, _document(path))
@@ -62,13 +65,14 @@ def colour(item: str, mode: str = "light", path: Optional[str] = None) -> str:
 
 
 def contrast(one: str, other: str) -> float:
-    """Contrast ratio of two colours "#rrggbb", 1 to 21.  Source: WCAG 2.1, "contrast ratio" and "relative luminance"."""
+    """Contrast ratio of two colours "#rrggbb", 1 to 21.  Source: WCAG 2.1, "contrast ratio" and "relative
+    luminance"."""
     low, high = sorted((_luminance(one), _luminance(other)))
     return (high + 0.05) / (low + 0.05)
 
 
 def _luminance(text):
-    parts = [int(text[k:k + 2], 16) / 255.0 for k in (1, 3, 5)]
+    parts = [int(text[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
     red, green, blue = (p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts)
     return 0.2126 * red + 0.7152 * green + 0.0722 * blue
 
@@ -117,14 +121,19 @@ def _check_contrast(items, path):
             ratio = contrast(own, behind)
             if item != BACKGROUND and ratio < LEAST_CONTRAST:
                 better = "darker" if contrast(behind, "#000000") > contrast(behind, "#ffffff") else "lighter"
-                _fail(path, item, f"{mode} = {own} has a contrast of {ratio:.2f} to the background {behind}, less than "
-                      f"{LEAST_CONTRAST:g}", f"use a {better} colour")
+                _fail(
+                    path,
+                    item,
+                    f"{mode} = {own} has a contrast of {ratio:.2f} to the background {behind}, less than "
+                    f"{LEAST_CONTRAST:g}",
+                    f"use a {better} colour",
+                )
 
 
 def _shown(value: Any) -> str:
     """A value of the file in a message."""
     try:
         text = repr(value)
-    except ValueError:                  # a whole number of more digits than Python prints
+    except ValueError:  # a whole number of more digits than Python prints
         text = "a number of thousands of digits"
     return text if len(text) <= _SHOWN else text[:_SHOWN] + ".."

@@ -3,7 +3,8 @@
 
 Called by cli/display.py.  configs/panel.xml (PyVCP) shows the pins.
 
-Times, mean and peak are sums of the servo thread (components/core/run_sums.h), so they are those of the panel page and of the summary.
+Times, mean and peak are sums of the servo thread (components/core/run_sums.h), so they are those of the panel page and
+of the summary.
 """
 
 import os
@@ -15,42 +16,62 @@ from chipwise.program.loaded import MainProgram
 from chipwise.rates import MM3_PER_CM3, MM3_PER_IN3
 from chipwise.clib.layout import MOTION_ARC, MOTION_FEED, FeedMode, LimitedBy
 
-COMPONENT = 'chipwise-display'
-POLL_S = 0.02           # of the pins
-STATUS_S = 0.1          # of LinuxCNC's status
+COMPONENT = "chipwise-display"
+POLL_S = 0.02  # of the pins
+STATUS_S = 0.1  # of LinuxCNC's status
 FEED_MOTION = (MOTION_FEED, MOTION_ARC)
 MODES = tuple(mode.name.lower() for mode in FeedMode)
-_LIMIT_WORDS = {LimitedBy.NONE: 'nothing', LimitedBy.STOCK_HERE: 'stock', LimitedBy.STOCK_AHEAD: 'ahead',
-                LimitedBy.FLOOR: 'floor', LimitedBy.CEILING: 'ceiling', LimitedBy.FALLBACK: 'fallback',
-                LimitedBy.CHIP: 'chip', LimitedBy.POWER: 'power', LimitedBy.TORQUE: 'torque',
-                LimitedBy.FORCE: 'force'}
+_LIMIT_WORDS = {
+    LimitedBy.NONE: "nothing",
+    LimitedBy.STOCK_HERE: "stock",
+    LimitedBy.STOCK_AHEAD: "ahead",
+    LimitedBy.FLOOR: "floor",
+    LimitedBy.CEILING: "ceiling",
+    LimitedBy.FALLBACK: "fallback",
+    LimitedBy.CHIP: "chip",
+    LimitedBy.POWER: "power",
+    LimitedBy.TORQUE: "torque",
+    LimitedBy.FORCE: "force",
+}
 LIMITS = tuple(_LIMIT_WORDS[limit] for limit in LimitedBy)
-SHOWN = LIMITS[:LimitedBy.CHIP]         # on the tab, which has room for six; a limit of the tooth is a ceiling there
-SUMS = ('run-time', 'fed-time', 'saved-time', 'mean-rate', 'peak-rate', 'cut-time', 'air-time', 'rub-time')       # of volumetric-feed.0
-TIMES = ('at-f-time', 'set-up-time')       # of chipwise-monitor (monitor/set_up_time.py)
-LEAST_RUB_S = 0.5       # below chip_least: what a tool rubs as it enters and leaves is not spoken of
-WORTH = 0.99            # of the time at F: a set-up that takes more is not spoken of
-STOCK = ('stock-defined', 'certain')
-STOCK_WORDS = ('none', 'defined', 'assumed')
-LARGEST = 1e9           # a pin may hold any number; larger ones are not shown
+SHOWN = LIMITS[: LimitedBy.CHIP]  # on the tab, which has room for six; a limit of the tooth is a ceiling there
+SUMS = (
+    "run-time",
+    "fed-time",
+    "saved-time",
+    "mean-rate",
+    "peak-rate",
+    "cut-time",
+    "air-time",
+    "rub-time",
+)  # of volumetric-feed.0
+TIMES = ("at-f-time", "set-up-time")  # of chipwise-monitor (monitor/set_up_time.py)
+LEAST_RUB_S = 0.5  # below chip_least: what a tool rubs as it enters and leaves is not spoken of
+WORTH = 0.99  # of the time at F: a set-up that takes more is not spoken of
+STOCK = ("stock-defined", "certain")
+STOCK_WORDS = ("none", "defined", "assumed")
+LARGEST = 1e9  # a pin may hold any number; larger ones are not shown
 
 
 class Run:
     """One run of a program, from its start to its end."""
 
     def __init__(self):
-        self.seconds = self.fed_s = self.saved_s = 0.0      # all of it; with the volumetric feed on; saved against F
-        self.peak = self.mean = self.target = 0.0           # mm3/min
-        self.cut_s = self.air_s = self.rub_s = 0.0                       # of feed moves, in the stock and outside
-        self.at_f_s = self.set_up_s = 0.0                   # of the whole program by simulation; 0: not known
-        self.assumed = False                                # nobody has confirmed the stock
+        self.seconds = self.fed_s = self.saved_s = 0.0  # all of it; with the volumetric feed on; saved against F
+        self.peak = self.mean = self.target = 0.0  # mm3/min
+        self.cut_s = self.air_s = self.rub_s = 0.0  # of feed moves, in the stock and outside
+        self.at_f_s = self.set_up_s = 0.0  # of the whole program by simulation; 0: not known
+        self.assumed = False  # nobody has confirmed the stock
 
     def look(self, pins):
-        """The sums so far (components/core/run_sums.h), by the names of SUMS; the target; by the names of STOCK whether the stock is assumed."""
-        self.seconds, self.fed_s, self.saved_s, self.mean, self.peak, self.cut_s, self.air_s, self.rub_s = (shown(pins[name]) for name in SUMS)
+        """The sums so far (components/core/run_sums.h), by the names of SUMS; the target; by the names of STOCK whether
+        the stock is assumed."""
+        self.seconds, self.fed_s, self.saved_s, self.mean, self.peak, self.cut_s, self.air_s, self.rub_s = (
+            shown(pins[name]) for name in SUMS
+        )
         self.assumed = is_assumed(*(pins[name] for name in STOCK))
-        if pins['motion-type'] in FEED_MOTION and pins['mode'] and 0 < pins['target'] < LARGEST:
-            self.target = pins['target']
+        if pins["motion-type"] in FEED_MOTION and pins["mode"] and 0 < pins["target"] < LARGEST:
+            self.target = pins["target"]
 
     def look_at_set_up(self, pins):
         """The whole program's times, by the names of TIMES."""
@@ -67,35 +88,38 @@ class Run:
 
     def line(self, program, done, inch):
         """The line for the operator.  done: what the cycles reported (chipwise.report)."""
-        unit, per = ('in3/min', MM3_PER_IN3) if inch else ('cm3/min', MM3_PER_CM3)
-        parts = [f'{os.path.basename(program) or "program"}: {duration(self.seconds)}']
+        unit, per = ("in3/min", MM3_PER_IN3) if inch else ("cm3/min", MM3_PER_CM3)
+        parts = [f"{os.path.basename(program) or 'program'}: {duration(self.seconds)}"]
         if self.fed_s > 0:
-            parts[0] += f', {duration(abs(self.saved_s))} {"less" if self.saved_s >= 0 else "more"} than at F'
+            parts[0] += f", {duration(abs(self.saved_s))} {'less' if self.saved_s >= 0 else 'more'} than at F"
         if self.assumed:
-            parts[0] += ' on an assumed stock'
+            parts[0] += " on an assumed stock"
         if self.fed_s > 0:
             if self.peak > 0:
-                parts.append(f'peak {self.peak / per:.3g}' + (f', target {self.target / per:.3g} {unit}' if self.target else f' {unit}'))
+                parts.append(
+                    f"peak {self.peak / per:.3g}"
+                    + (f", target {self.target / per:.3g} {unit}" if self.target else f" {unit}")
+                )
         else:
             parts += self._at_f(per, unit)
         if self.rub_s >= LEAST_RUB_S:
-            parts.append(f'rubs for {duration(self.rub_s)}: take wider cuts')
-        pieces = [entry for entry in done if entry.get('chopped')]
-        largest = max((entry.get('largest_piece_mm') or 0.0 for entry in done), default=0.0)
+            parts.append(f"rubs for {duration(self.rub_s)}: take wider cuts")
+        pieces = [entry for entry in done if entry.get("chopped")]
+        largest = max((entry.get("largest_piece_mm") or 0.0 for entry in done), default=0.0)
         if pieces:
-            parts.append(f'{sum(entry.get("pieces") or 1 for entry in pieces)} pieces')
+            parts.append(f"{sum(entry.get('pieces') or 1 for entry in pieces)} pieces")
         if largest:
-            parts.append('largest piece ' + (f'{largest / MM_PER_INCH:.3g} in' if inch else f'{largest:.3g} mm'))
-        return '; '.join(parts)
+            parts.append("largest piece " + (f"{largest / MM_PER_INCH:.3g} in" if inch else f"{largest:.3g} mm"))
+        return "; ".join(parts)
 
     def _at_f(self, per, unit):
         """What a run at F has cut.  per: mm3/min in a unit."""
         if self.air_share is not None:
-            yield f'in air {100 * self.air_share:.0f} % of the feed time'
+            yield f"in air {100 * self.air_share:.0f} % of the feed time"
         if self.peak > 0:
-            yield f'largest {self.peak / per:.3g}, mean {self.mean / per:.3g} {unit}'
+            yield f"largest {self.peak / per:.3g}, mean {self.mean / per:.3g} {unit}"
         if self.assumed and 0 < self.set_up_s < WORTH * self.at_f_s:
-            yield f'set up it would take {format_minutes(self.set_up_s)}, not {format_minutes(self.at_f_s)}'
+            yield f"set up it would take {format_minutes(self.set_up_s)}, not {format_minutes(self.at_f_s)}"
 
 
 def is_assumed(defined, certain):
@@ -111,9 +135,9 @@ def shown(value):
 def duration(seconds):
     """12.34 -> "12.3 s", 754 -> "12 min 34 s"."""
     if seconds < 60:
-        return f'{seconds:.1f} s'
+        return f"{seconds:.1f} s"
     minutes, rest = divmod(round(seconds), 60)
-    return f'{minutes // 60} h {minutes % 60} min' if minutes >= 60 else f'{minutes} min {rest} s'
+    return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes} min {rest} s"
 
 
 class Display:
@@ -121,12 +145,13 @@ class Display:
 
     def __init__(self, component):
         import linuxcnc
+
         self.linuxcnc = linuxcnc
         self.component = component
         self.status = self.command = None
         self.inch = False
         self.run = None
-        self.program, self.main = '', MainProgram()
+        self.program, self.main = "", MainProgram()
         self.looked = 0.0
 
     def look(self):
@@ -135,14 +160,15 @@ class Display:
             if self.status is None:
                 self.status, self.command = self.linuxcnc.stat(), self.linuxcnc.command()
             self.status.poll()
-        except (self.linuxcnc.error, SystemError):      # not started yet, or already ended
+        except (self.linuxcnc.error, SystemError):  # not started yet, or already ended
             self.status = None
             return None
         self.inch = 0 < (self.status.linear_units or 1.0) < 0.5
         if self.status.file:
             self.program = self.main.of(self.status, self.status.interp_state == self.linuxcnc.INTERP_IDLE)
-        return (self.status.task_mode == self.linuxcnc.MODE_AUTO
-                and self.status.interp_state != self.linuxcnc.INTERP_IDLE)
+        return (
+            self.status.task_mode == self.linuxcnc.MODE_AUTO and self.status.interp_state != self.linuxcnc.INTERP_IDLE
+        )
 
     def step(self):
         now = time.monotonic()
@@ -166,7 +192,7 @@ class Display:
         done = report.read(report.path())
         report.begin()
         if ended.worth_a_line or done:
-            text = 'chipwise: ' + ended.line(self.program, done, self.inch)
+            text = "chipwise: " + ended.line(self.program, done, self.inch)
             print(text, flush=True)
             self.command.text_msg(text[:250])
 
@@ -174,13 +200,18 @@ class Display:
         """The panel's pins."""
         pins = self.component
         per = MM3_PER_IN3 if self.inch else MM3_PER_CM3
-        rate, target = (value if 0 <= value < LARGEST else 0.0 for value in (pins['mrr'], pins['target']))
-        pins['rate'], pins['rate-target'] = rate / per, target / per
-        pins['share'] = min(100.0 * rate / target, 999.0) if target > 0 else 0.0
-        choose(pins, 'mode-', MODES, pins['mode'])
-        choose(pins, 'by-', SHOWN, pins['limited-by'] if pins['limited-by'] < len(SHOWN) else LimitedBy.CEILING)
-        choose(pins, 'stock-is-', STOCK_WORDS, 2 if is_assumed(*(pins[name] for name in STOCK)) else int(pins['stock-defined']))
-        choose(pins, 'unit-', ('cm3', 'in3'), int(self.inch))
+        rate, target = (value if 0 <= value < LARGEST else 0.0 for value in (pins["mrr"], pins["target"]))
+        pins["rate"], pins["rate-target"] = rate / per, target / per
+        pins["share"] = min(100.0 * rate / target, 999.0) if target > 0 else 0.0
+        choose(pins, "mode-", MODES, pins["mode"])
+        choose(pins, "by-", SHOWN, pins["limited-by"] if pins["limited-by"] < len(SHOWN) else LimitedBy.CEILING)
+        choose(
+            pins,
+            "stock-is-",
+            STOCK_WORDS,
+            2 if is_assumed(*(pins[name] for name in STOCK)) else int(pins["stock-defined"]),
+        )
+        choose(pins, "unit-", ("cm3", "in3"), int(self.inch))
 
 
 def choose(pins, prefix, names, number):
@@ -191,16 +222,17 @@ def choose(pins, prefix, names, number):
 
 def make_component():
     import hal
+
     component = hal.component(COMPONENT)
-    for name in ('mrr', 'target', *SUMS, *TIMES):
+    for name in ("mrr", "target", *SUMS, *TIMES):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_IN)
-    for name in ('mode', 'limited-by', 'motion-type'):
+    for name in ("mode", "limited-by", "motion-type"):
         component.newpin(name, hal.HAL_S32, hal.HAL_IN)
     for name in STOCK:
         component.newpin(name, hal.HAL_BIT, hal.HAL_IN)
-    for name in ('rate', 'rate-target', 'share'):
+    for name in ("rate", "rate-target", "share"):
         component.newpin(name, hal.HAL_FLOAT, hal.HAL_OUT)
-    for prefix, names in (('mode-', MODES), ('by-', SHOWN), ('stock-is-', STOCK_WORDS), ('unit-', ('cm3', 'in3'))):
+    for prefix, names in (("mode-", MODES), ("by-", SHOWN), ("stock-is-", STOCK_WORDS), ("unit-", ("cm3", "in3"))):
         for name in names:
             component.newpin(prefix + name, hal.HAL_BIT, hal.HAL_OUT)
     return component

@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Entry by fields for the page of `chipwise panel`: the codes with their data, a line of G-code, its plan with a drawing, its run by MDI.
+"""Entry by fields for the page of `chipwise panel`: the codes with their data, a line of G-code, its plan with a
+drawing, its run by MDI.
 
 Called by server.py.  A line is made here, at once; it is planned and run in a process of its own (entry_process.py).
 
- 1. One line is planned at a time, and one thing is run, switched or changed at a time, whatever how many pages there are.  A plan that takes long
-    keeps nobody from a run, a guard or a tool.
- 2. Only the line that was planned last can be run, once, within VALID_S, and only if tool, position and program are what they were.  A plan that was
-    asked for without the token does not take the place of one that was asked for with it.
+ 1. One line is planned at a time, and one thing is run, switched or changed at a time, whatever how many pages there
+    are.  A plan that takes long keeps nobody from a run, a guard or a tool.
+ 2. Only the line that was planned last can be run, once, within VALID_S, and only if tool, position and program are
+    what they were.  A plan that was asked for without the token does not take the place of one that was asked for with
+    it.
  3. A process that takes longer than PLAN_S is ended.
- 4. A chop size is part of the line: #<_chipwise_chop_size>=5 G13 ..  It stays in force for MDI, so once one was sent, a line without gets
-    that of the INI file.
+ 4. A chop size is part of the line: #<_chipwise_chop_size>=5 G13 ..  It stays in force for MDI, so once one was sent, a
+    line without gets that of the INI file.
 """
 
 import contextlib
@@ -44,12 +46,21 @@ CHOP_PARAMETER = "#<_chipwise_chop_size>"
 
 def process(order):
     """Answer of entry_process.py to an order.  Raises CycleError if there is none."""
-    child = subprocess.Popen([sys.executable, "-m", "chipwise.panel.entry_process"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                             stderr=subprocess.PIPE, text=True, env=environment(), start_new_session=True)
+    child = subprocess.Popen(
+        [sys.executable, "-m", "chipwise.panel.entry_process"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment(),
+        start_new_session=True,
+    )
     try:
         out, words = child.communicate(json.dumps(order), patience(PLAN_S))
     except subprocess.TimeoutExpired:
-        raise CycleError(f"the plan took more than {PLAN_S:g} s, and was ended", "plan it in a terminal with chipwise enter") from None
+        raise CycleError(
+            f"the plan took more than {PLAN_S:g} s, and was ended", "plan it in a terminal with chipwise enter"
+        ) from None
     finally:
         if child.poll() is None:
             os.killpg(child.pid, signal.SIGKILL)
@@ -58,7 +69,9 @@ def process(order):
         return json.loads(out.splitlines()[-1])
     except (ValueError, IndexError) as error:
         last = (words.strip().splitlines() or ["it said nothing"])[-1]
-        raise CycleError("{what} has failed ({why})", "plan it in a terminal with chipwise enter", what=order["do"], why=last[:200]) from error
+        raise CycleError(
+            "{what} has failed ({why})", "plan it in a terminal with chipwise enter", what=order["do"], why=last[:200]
+        ) from error
 
 
 class Lines:
@@ -68,9 +81,9 @@ class Lines:
         """ini: path of the INI file, "" without one; ask: order -> answer."""
         self.ini, self.ask = ini, ask
         self._planning, self._acting = threading.Lock(), threading.Lock()
-        self._plans = {}                # whether the token was there: (number, answer of the plan, code, s on the clock)
+        self._plans = {}  # whether the token was there: (number, answer of the plan, code, s on the clock)
         self._count = 0
-        self._sent_chop = False         # whether a chop size was sent
+        self._sent_chop = False  # whether a chop size was sent
         rights = lambda: self._one(self._planning), lambda: self._one(self._acting)
         self.set_ups, self.resumes = SetUps(ini, self._asked, *rights), Resumes(ini, self._asked, *rights)
         self.clamps = ClampSetUps(ini, self._asked, rights[1])
@@ -79,12 +92,34 @@ class Lines:
         return load_settings(self.ini).path("ENTRY")
 
     def codes(self, wanted):
-        """The codes that this machine has, with their data in the order of entry, in the first of the wanted languages.  Raises CycleError."""
-        table, translate, known, sizes = self._table(), language.translator(wanted), self._known(), [self._chop_size(unit) for unit in ("mm", "in")]
-        return [{"code": code, "title": translate(entry.title(code, table)), "chop": sizes if code in CHOPPED else None, "fields": [
-            {"letter": field.letter, "name": translate(field.name), "units": [field.unit("mm"), field.unit("in")], "required": field.required,
-             "default": translate(field.default), "choices": [[number, translate(meaning)] for number, meaning in field.choices]}
-            for field in entry.fields(code, table)]} for code in entry.codes(table) if code in known]
+        """The codes that this machine has, with their data in the order of entry, in the first of the wanted languages.
+        Raises CycleError."""
+        table, translate, known, sizes = (
+            self._table(),
+            language.translator(wanted),
+            self._known(),
+            [self._chop_size(unit) for unit in ("mm", "in")],
+        )
+        return [
+            {
+                "code": code,
+                "title": translate(entry.title(code, table)),
+                "chop": sizes if code in CHOPPED else None,
+                "fields": [
+                    {
+                        "letter": field.letter,
+                        "name": translate(field.name),
+                        "units": [field.unit("mm"), field.unit("in")],
+                        "required": field.required,
+                        "default": translate(field.default),
+                        "choices": [[number, translate(meaning)] for number, meaning in field.choices],
+                    }
+                    for field in entry.fields(code, table)
+                ],
+            }
+            for code in entry.codes(table)
+            if code in known
+        ]
 
     def _known(self):
         """Codes of the machine's INI file."""
@@ -99,7 +134,8 @@ class Lines:
         return f"{load_settings(self.ini)['CHOP_SIZE'] / (MM_PER_INCH if unit == 'in' else 1.0):.9g}"
 
     def line(self, code, text, chop=""):
-        """{"line"}, or {"error", "number"} of the field; chop: size that no piece may reach, as it was typed, "" for that of the INI file."""
+        """{"line"}, or {"error", "number"} of the field; chop: size that no piece may reach, as it was typed, "" for
+        that of the INI file."""
         try:
             size = typed.number(CHOP_SIZE, chop) if code in CHOPPED else ""
             return {"line": (f"{CHOP_PARAMETER}={size} " if size else "") + entry.line(code, text, self._table())}
@@ -107,15 +143,24 @@ class Lines:
             return {"error": printable(unnamed(error)), "number": getattr(error, "number", 0)}
 
     def plan(self, code, text, mode, wanted, chop="", by_token=False):
-        """What a line does, as a page shows it, with the number of the plan; or {"error", "number"}.  by_token: who asks has the token.  Raises
-        CycleError."""
+        """What a line does, as a page shows it, with the number of the plan; or {"error", "number"}.  by_token: who
+        asks has the token.  Raises CycleError."""
         made = self.line(code, text, chop)
         if "error" in made:
             return made
         with self._one(self._planning):
             self._plans.pop(by_token, None)
-            found = self._asked({"do": "plan", "ini": self.ini, "code": code, "text": text, "chop": typed.number(CHOP_SIZE, chop) if code in CHOPPED else "", "mode": mode if mode in MODES else MODES[0],
-                                 "language": language.catalogue(wanted)[0]})
+            found = self._asked(
+                {
+                    "do": "plan",
+                    "ini": self.ini,
+                    "code": code,
+                    "text": text,
+                    "chop": typed.number(CHOP_SIZE, chop) if code in CHOPPED else "",
+                    "mode": mode if mode in MODES else MODES[0],
+                    "language": language.catalogue(wanted)[0],
+                }
+            )
             if "error" in found:
                 return found
             self._count += 1
@@ -132,13 +177,17 @@ class Lines:
                 raise CycleError("the line is not run: it is not the one that was planned last", "plan it again")
             _number, found, code, then = plan
             if time.monotonic() - then > patience(VALID_S):
-                raise CycleError(f"the line is not run: it was planned more than {VALID_S / 60:g} min ago", "plan it again")
+                raise CycleError(
+                    f"the line is not run: it was planned more than {VALID_S / 60:g} min ago", "plan it again"
+                )
             line = found["line"]
             if line.startswith(CHOP_PARAMETER):
                 self._sent_chop = True
             elif self._sent_chop and code in CHOPPED:
                 line = f"{CHOP_PARAMETER}={self._chop_size(found['unit'])} {line}"
-            return self._asked({"do": "run", "code": code, "line": line, "unit": found["unit"], "state": found["state"]})
+            return self._asked(
+                {"do": "run", "code": code, "line": line, "unit": found["unit"], "state": found["state"]}
+            )
 
     def guard(self, name, on):
         """Switch a guard of line_process.GUARDS: {}, or {"error"} with why it is not switched.  Raises CycleError."""
@@ -155,7 +204,8 @@ class Lines:
         return editor.listed(load_settings(self.ini).path("TOOL_GEOMETRY"))
 
     def tool(self, number, values, seen):
-        """Change a tool (tool_editor.change()): the file as it is then, or {"error"} with why it is not changed.  Raises CycleError."""
+        """Change a tool (tool_editor.change()): the file as it is then, or {"error"} with why it is not changed.
+        Raises CycleError."""
         with self._one(self._acting):
             return self._asked({"do": "tool", "ini": self.ini, "number": number, "values": values, "seen": seen})
 
@@ -164,7 +214,9 @@ class Lines:
         """The right to plan, or to run and change.  Raises CycleError if another page has it."""
         if not lock.acquire(blocking=False):
             if lock is self._planning:
-                raise CycleError("another line or resume is being planned, or a program measured", "wait until it is done")
+                raise CycleError(
+                    "another line or resume is being planned, or a program measured", "wait until it is done"
+                )
             raise CycleError("another line is being run, or a guard or tool changed", "wait until it is done")
         try:
             yield

@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Plans or runs one typed line, switches a guard, begins a new part, or changes a tool, for the page of `chipwise panel`, in a process of its own: an order as JSON on standard input,
-the answer as JSON on standard output.  Called by entry.py; a plan may compute for long, and the looks at the machine go on meanwhile.
+"""Plans or runs one typed line, switches a guard, begins a new part, or changes a tool, for the page of `chipwise
+panel`, in a process of its own: an order as JSON on standard input, the answer as JSON on standard output.  Called by
+entry.py; a plan may compute for long, and the looks at the machine go on meanwhile.
 
-    {"do": "plan", "ini", "code", "text", "chop", "mode", "language"}     chop: size in the unit of MDI, "" for that of the INI file
-        -> {"line", "unit", "svg", "figures", "messages", "refused", "state"}   refused: why it may not be run now, "" if it may
+    {"do": "plan", "ini", "code", "text", "chop", "mode", "language"}     chop: size in the unit of MDI, "" for that of
+        the INI file
+        -> {"line", "unit", "svg", "figures", "messages", "refused", "state"}   refused: why it may not be run now, ""
+        if it may
     {"do": "run", "code", "line", "unit", "state"}      state: of the plan; -> {}
     {"do": "guard", "name", "on"}                       name: one of GUARDS; -> {}
-    {"do": "part"}                                      a whole stock in place of an assumed one (monitor/shadow.py); -> {}
+    {"do": "part"}                                      a whole stock in place of an assumed one (monitor/shadow.py); ->
+                                                        {}
     {"do": "tool", "ini", "number", "values", "seen"}   of tool_editor.change(); -> its listed()
     {"do": "clamps", "number"}                          a set-up of M256, 0: none; -> {}
     {"do": "measure"}, {"do": "corner"}, {"do": "confirm"}          set_up.py has them
@@ -32,10 +36,10 @@ from chipwise.ini import Ini
 from chipwise.settings import load_settings
 from chipwise.tool_data.table import diameter_of
 
-GUARDS = ("rapid", "flute")     # chipwise-guard.0.guard-NAME
+GUARDS = ("rapid", "flute")  # chipwise-guard.0.guard-NAME
 MONITOR = "chipwise-monitor."
-PART_S = 3.0            # for the monitor
-NICE = 10               # plans wait for whatever else this computer has to do
+PART_S = 3.0  # for the monitor
+NICE = 10  # plans wait for whatever else this computer has to do
 
 
 def refusal(machine, state, unit, code):
@@ -53,18 +57,32 @@ def plan(order, machine):
     from chipwise.entry.planned import DRAWN, Scene
     from chipwise.entry.planned import plan as planned
     from chipwise.panel import colours
+
     settings, code = load_settings(order["ini"]), order["code"]
     table, translate = settings.path("ENTRY"), language.translator((order["language"],))
     line = entry.line(code, order["text"], table)
     state = machine.read()
     named = (("_chipwise_chop_size", float(order["chop"])),) if order["chop"] else ()
-    found = planned(Scene(os.path.abspath(order["ini"]), state.unit, state.program, state.tool, state.position, named=named), line, table)
+    found = planned(
+        Scene(os.path.abspath(order["ini"]), state.unit, state.program, state.tool, state.position, named=named),
+        line,
+        table,
+    )
     drawing = ""
     if code in DRAWN:
         words = entry.words(line, state.unit, translate, table)
-        drawing = svg(found, entry.title(code, table), words, colours.load(settings.path("COLOURS")), order["mode"], translate)
-    return {"line": line, "unit": state.unit, "svg": drawing, "figures": list(figures(found, translate)), "state": asdict(state),
-            "messages": list(map(printable, found.messages)), "refused": refusal(machine, state, state.unit, code)}
+        drawing = svg(
+            found, entry.title(code, table), words, colours.load(settings.path("COLOURS")), order["mode"], translate
+        )
+    return {
+        "line": line,
+        "unit": state.unit,
+        "svg": drawing,
+        "figures": list(figures(found, translate)),
+        "state": asdict(state),
+        "messages": list(map(printable, found.messages)),
+        "refused": refusal(machine, state, state.unit, code),
+    }
 
 
 def run(order, machine):
@@ -80,7 +98,10 @@ def guard(order, machine):
     """The answer to "guard"; only at rest, because a stop or its end in a cut would come as a surprise."""
     state = machine.read()
     if not (state.idle and state.at_rest):
-        raise CycleError("the guard is not switched: a program or a command is under way, or the machine moves", "wait for its end, or press Stop")
+        raise CycleError(
+            "the guard is not switched: a program or a command is under way, or the machine moves",
+            "wait for its end, or press Stop",
+        )
     halcmd("setp", f"chipwise-guard.0.guard-{order['name']}", "1" if order["on"] else "0")
     return {}
 
@@ -89,7 +110,9 @@ def part(_order, machine):
     """The answer to "part"; only at rest, because the monitor does nothing else then."""
     state = machine.read()
     if not (state.idle and state.at_rest):
-        raise CycleError("no new part: a program or a command is under way, or the machine moves", "wait for its end, or press Stop")
+        raise CycleError(
+            "no new part: a program or a command is under way, or the machine moves", "wait for its end, or press Stop"
+        )
     count = halcmd("getp", MONITOR + "parts").strip()
     halcmd("setp", MONITOR + "new-part", "1")
     try:
@@ -104,15 +127,22 @@ def part(_order, machine):
 
 
 def check_corner(ini, number, radius):
-    """Raise CycleError if a corner radius (mm, None: none) is larger than the tool: the stock tracker would be in fault."""
+    """Raise CycleError if a corner radius (mm, None: none) is larger than the tool: the stock tracker would be in
+    fault."""
     machine = Ini(ini)
     try:
         diameter = diameter_of(machine.tool_table(), number) / machine.units_per_mm()
-    except CycleError:                  # a tool that the table does not have yet
+    except CycleError:  # a tool that the table does not have yet
         return
     if isinstance(radius, (int, float)) and radius > diameter / 2:
-        raise CycleError("corner_radius {radius} is larger than half of the diameter of tool {number}, {diameter}", "give at most {half}",
-                         radius=float(radius), number=str(number), diameter=diameter, half=diameter / 2)
+        raise CycleError(
+            "corner_radius {radius} is larger than half of the diameter of tool {number}, {diameter}",
+            "give at most {half}",
+            radius=float(radius),
+            number=str(number),
+            diameter=diameter,
+            half=diameter / 2,
+        )
 
 
 def tool(order, machine):
@@ -122,7 +152,10 @@ def tool(order, machine):
     check_corner(order["ini"], order["number"], {**found, **order["values"]}.get("corner_radius"))
     state = machine.read()
     if not (state.idle and state.at_rest):
-        raise CycleError("the tool is not changed: a program or a command is under way, or the machine moves", "wait for its end, or press Stop")
+        raise CycleError(
+            "the tool is not changed: a program or a command is under way, or the machine moves",
+            "wait for its end, or press Stop",
+        )
     editor.change(path, order["seen"], order["number"], order["values"])
     return editor.listed(path)
 
@@ -130,38 +163,52 @@ def tool(order, machine):
 def clamps(order, machine):
     """The answer to "clamps": M256 in MDI, where it is done when the monitor has answered; only at rest."""
     state = machine.read()
-    machine.check(replace(state, incremental=False), state.unit, False)         # M256 means the same in G91
+    machine.check(replace(state, incremental=False), state.unit, False)  # M256 means the same in G91
     machine.send(f"M256 P{int(order['number'])}")
     return {}
 
 
 def _set_up(order, machine):
     """The answers to "measure", "corner" and "confirm"."""
-    from chipwise.panel import set_up           # takes time
+    from chipwise.panel import set_up  # takes time
+
     return {"measure": set_up.measure, "corner": set_up.corner, "confirm": set_up.confirm}[order["do"]](order, machine)
 
 
 def _resume(order, machine):
     """The answers to "resume" and "go-on"."""
-    from chipwise.panel import resume           # takes time
+    from chipwise.panel import resume  # takes time
+
     return (resume.plan if order["do"] == "resume" else resume.go_on)(order, machine)
 
 
-_WORK = {"resume": _resume, "go-on": _resume, "plan": plan, "run": run, "guard": guard, "part": part, "tool": tool, "clamps": clamps, "measure": _set_up, "corner": _set_up, "confirm": _set_up}
+_WORK = {
+    "resume": _resume,
+    "go-on": _resume,
+    "plan": plan,
+    "run": run,
+    "guard": guard,
+    "part": part,
+    "tool": tool,
+    "clamps": clamps,
+    "measure": _set_up,
+    "corner": _set_up,
+    "confirm": _set_up,
+}
 
 
 class Seen:
     """entry/mdi.py with one look at LinuxCNC, before the work begins.
 
-    The status buffer of LinuxCNC has a lock: a process that lets others come first must not hold it, or the task waits for as long as a busy
-    computer lets that process wait.
+    The status buffer of LinuxCNC has a lock: a process that lets others come first must not hold it, or the task waits
+    for as long as a busy computer lets that process wait.
     """
 
     def __init__(self, machine):
         self.machine, self.error = machine, None
         try:
             self.state, self.in_force = machine.read(), machine.scene()
-        except CycleError as error:         # said where the work needs the machine: what is wrong with the order comes first
+        except CycleError as error:  # said where the work needs the machine: what is wrong with the order comes first
             self.error = error
 
     def read(self):
@@ -190,6 +237,7 @@ def answer(order, machine, nice=0):
 
 def main():
     from chipwise.entry import mdi
+
     order = json.load(sys.stdin)
     print(json.dumps(answer(order, mdi, NICE if order["do"] in ("plan", "measure", "resume") else 0)), flush=True)
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Requests of the page of `chipwise panel` about a typed line, a guard, a new part, a tool, a clamp or an alarm: the part of server.py's Handler that asks entry.py."""
+"""Requests of the page of `chipwise panel` about a typed line, a guard, a new part, a tool, a clamp or an alarm: the
+part of server.py's Handler that asks entry.py."""
 
 import math
 import urllib.parse
@@ -10,7 +11,7 @@ from chipwise.panel.entry_process import GUARDS
 from chipwise.setup.job import FARTHEST_MM, MAX_TEXT
 from chipwise.stock.reasons import SET_UPS
 
-MOST_LINE, MOST_S = 10 ** 9, 3600.0         # of a program to resume; s of --time
+MOST_LINE, MOST_S = 10**9, 3600.0  # of a program to resume; s of --time
 
 
 class Refused(Exception):
@@ -24,8 +25,8 @@ class Refused(Exception):
 class LineRequests:
     """What a Handler answers about lines; it has server.lines, server.watch, headers and send_json()."""
 
-    query = ""          # of the request
-    by_token = False    # who asks for something of HARMLESS has brought the token
+    query = ""  # of the request
+    by_token = False  # who asks for something of HARMLESS has brought the token
 
     def ask(self, routes, path, wanted):
         """A request with its object, by its row of HARMLESS or CHANGES."""
@@ -48,7 +49,10 @@ class LineRequests:
         """What a typed line does; the query is a language, or nothing."""
         if not all(isinstance(value, str) for value in (code, text, mode, chop)):
             raise Refused(400, "code, text, mode and chop are not texts")
-        self.send_json(200, self.asked(self.server.lines.plan, code, text, mode, [self.query, *self.languages()], chop, self.by_token))
+        self.send_json(
+            200,
+            self.asked(self.server.lines.plan, code, text, mode, [self.query, *self.languages()], chop, self.by_token),
+        )
 
     def run(self, number):
         """Run the line that was planned last."""
@@ -83,9 +87,17 @@ class LineRequests:
 
     def tool(self, number, values, seen):
         """Change a tool."""
-        if isinstance(number, bool) or not isinstance(number, int) or not isinstance(seen, str) or not isinstance(values, dict):
+        if (
+            isinstance(number, bool)
+            or not isinstance(number, int)
+            or not isinstance(seen, str)
+            or not isinstance(values, dict)
+        ):
             raise Refused(400, "tool is not a whole number, values is not an object, or checksum is not a text")
-        if not all(value is None or isinstance(value, str) or type(value) in (int, float) and math.isfinite(value) for value in values.values()):
+        if not all(
+            value is None or isinstance(value, str) or type(value) in (int, float) and math.isfinite(value)
+            for value in values.values()
+        ):
             raise Refused(400, "values are not texts and numbers")
         found = self.asked(self.server.lines.tool, number, values, seen)
         if "error" in found:
@@ -97,7 +109,11 @@ class LineRequests:
         """What the loaded program cuts in a stock."""
         if not (isinstance(material, str) and len(material) <= MAX_TEXT and (material.isprintable() or not material)):
             raise Refused(400, f"material is not a text of at most {MAX_TEXT} characters")
-        if stock is not None and not (isinstance(stock, list) and len(stock) == 6 and all(type(value) in (int, float) and abs(value) <= FARTHEST_MM for value in stock)):
+        if stock is not None and not (
+            isinstance(stock, list)
+            and len(stock) == 6
+            and all(type(value) in (int, float) and abs(value) <= FARTHEST_MM for value in stock)
+        ):
             raise Refused(400, "stock is not six lengths")
         self.send_json(200, self.asked(self.server.lines.set_ups.measure, stock, material, self.by_token))
 
@@ -112,9 +128,15 @@ class LineRequests:
     def clamp(self, number, title, name, box, gone):
         """Add a clamp to a set-up, or take one out of it."""
         self._check_set_up(number, 1)
-        if not all(text is None or isinstance(text, str) and len(text) <= MAX_TEXT for text in (title, name, gone)) or (name is None) == (gone is None):
+        if not all(text is None or isinstance(text, str) and len(text) <= MAX_TEXT for text in (title, name, gone)) or (
+            name is None
+        ) == (gone is None):
             raise Refused(400, "title, add or remove is not a text")
-        if name is not None and not (isinstance(box, list) and len(box) == 6 and all(type(value) in (int, float) and abs(value) <= FARTHEST_MM for value in box)):
+        if name is not None and not (
+            isinstance(box, list)
+            and len(box) == 6
+            and all(type(value) in (int, float) and abs(value) <= FARTHEST_MM for value in box)
+        ):
             raise Refused(400, "box is not six lengths")
         found = self._without_error(self.server.lines.clamps.change, number, title, name, box, gone)
         print(f"chipwise-panel: set-up {number} of clamps is changed in {found['file']}, by the page", flush=True)
@@ -190,13 +212,15 @@ class LineRequests:
         return [found.get(name, [""])[0] for name in names]
 
 
-# Path: what answers it, the words of the request's object that it takes, in its order, and what each is if it is not there.
-HARMLESS = {            # these change nothing
+# Path: what answers it, the words of the request's object that it takes, in its order, and what each is if it is not
+# there.
+HARMLESS = {  # these change nothing
     "/plan": (LineRequests.plan, {"code": "", "text": "", "mode": "", "chop": ""}),
     "/measure": (LineRequests.measure, {"stock": None, "material": ""}),
     "/corner": (LineRequests.corner, {"measured": None, "machine": False}),
-    "/resume": (LineRequests.resume, {"line": None, "seconds": 0, "broke": False})}
-CHANGES = {             # these need the token
+    "/resume": (LineRequests.resume, {"line": None, "seconds": 0, "broke": False}),
+}
+CHANGES = {  # these need the token
     "/clear": (LineRequests.clear, {"alarm": None}),
     "/run": (LineRequests.run, {"plan": None}),
     "/guard": (LineRequests.guard, {"guard": None, "on": None}),
@@ -205,4 +229,5 @@ CHANGES = {             # these need the token
     "/clamp": (LineRequests.clamp, {"set_up": None, "title": None, "add": None, "box": None, "remove": None}),
     "/clamps": (LineRequests.put_clamps, {"set_up": None}),
     "/go-on": (LineRequests.go_on, {"resume": None}),
-    "/tool": (LineRequests.tool, {"tool": None, "values": None, "checksum": None})}
+    "/tool": (LineRequests.tool, {"tool": None, "values": None, "checksum": None}),
+}

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The log of the load: tools (tool_log.py) and operations (operations.py) of the running program, and their files (log_file.py).
+"""The log of the load: tools (tool_log.py) and operations (operations.py) of the running program, and their files
+(log_file.py).
 
 Called by watch.py with each look; server.py answers with shown().
 
-An operation is added to its file when it has ended, a tool at the end of the program.  RUNNING_S lies between two writes of what is
-not in the files yet: so much is lost at most if the server is killed.
+An operation is added to its file when it has ended, a tool at the end of the program.  RUNNING_S lies between two
+writes of what is not in the files yet: so much is lost at most if the server is killed.
 """
 
 import os
@@ -28,16 +29,20 @@ class LoadLog:
         self.path = path
         self.program, self.start = "", 0.0
         self._begin_parts({})
-        self._errors = {}               # by what was tried
-        self._rows = []                 # of operations that are not in the file yet
-        self._ended = None              # rows of the tools of a program that has ended and is not in the file yet
-        self._kept = None               # the Operation that NAME.running has
+        self._errors = {}  # by what was tried
+        self._rows = []  # of operations that are not in the file yet
+        self._ended = None  # rows of the tools of a program that has ended and is not in the file yet
+        self._kept = None  # the Operation that NAME.running has
         self._running, self._running_due = False, 0.0
         if path:
             self._try(self._recover)
 
     def _begin_parts(self, cycles):
-        self.moments, self.tools, self.operations = tool_log.Moments(), tool_log.ToolLog(), operations.OperationLog(cycles)
+        self.moments, self.tools, self.operations = (
+            tool_log.Moments(),
+            tool_log.ToolLog(),
+            operations.OperationLog(cycles),
+        )
 
     # ---- what has happened -----------------------------------------------------------------------------------------
 
@@ -64,9 +69,16 @@ class LoadLog:
             self._rows.append(self._operation_row(operation, complete))
 
     def shown(self):
-        """What a page shows: {"program", "file", "error", "tools": rows, "operations": rows of the last ones, "count": of all}."""
-        return {"program": self.program, "error": self.error, "file": os.path.basename(self.path), "tools": self.tools.rows(),
-                "operations": [one.row() for one in self.operations.shown()], "count": self.operations.count}
+        """What a page shows: {"program", "file", "error", "tools": rows, "operations": rows of the last ones, "count":
+        of all}."""
+        return {
+            "program": self.program,
+            "error": self.error,
+            "file": os.path.basename(self.path),
+            "tools": self.tools.rows(),
+            "operations": [one.row() for one in self.operations.shown()],
+            "count": self.operations.count,
+        }
 
     def _tool_rows(self, complete):
         return [self._with_ends(self.start, row, complete) for row in self.tools.rows()]
@@ -96,7 +108,7 @@ class LoadLog:
             self._ended = None
         elif self._running:
             due = time.monotonic() >= self._running_due
-            if due or self._kept not in (None, self.operations.now):        # that one is in its file by now
+            if due or self._kept not in (None, self.operations.now):  # that one is in its file by now
                 self._running_due = time.monotonic() + RUNNING_S if due else self._running_due
                 self._kept = self.operations.now if due else None
                 self._try(self._keep_running)
@@ -107,7 +119,9 @@ class LoadLog:
             self._errors.pop(work.__name__, None)
         except (OSError, ValueError) as error:
             path = getattr(error, "filename", None) or self.path
-            self._errors[work.__name__] = f"{path}: {getattr(error, 'strerror', None) or error}; correct [CHIPWISE]PANEL_LOG"
+            self._errors[work.__name__] = (
+                f"{path}: {getattr(error, 'strerror', None) or error}; correct [CHIPWISE]PANEL_LOG"
+            )
 
     def _append_operations(self):
         log_file.append(log_file.operations_path(self.path), operations.COLUMNS, self._rows)
@@ -121,7 +135,9 @@ class LoadLog:
     def _keep_running(self):
         """Tools of the program and the operation under way, as incomplete."""
         if self.tools.uses:
-            log_file.keep_running(self.path, [self._tool_rows(False), [self._operation_row(self._kept, False)] if self._kept else []])
+            log_file.keep_running(
+                self.path, [self._tool_rows(False), [self._operation_row(self._kept, False)] if self._kept else []]
+            )
 
     def _recover(self):
         """Add what a server has left that was killed."""

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Files of the load log: CSV that any spreadsheet opens, appended to while somebody reads it.  Called by load_log.py.
 
- 1. Rows are added by one write at the end of the file.  What cannot be written whole is taken back; a line that a power cut has left
-    without its end gets one.
- 2. A file whose first line is not that of the log is somebody else's, and stays as it is.
- 3. Above MOST_BYTES the file is renamed to NAME.old and a new one begins; one of an older chipwise, with fewer columns, to NAME.before.
- 4. NAME.running holds what is not in the files yet, renewed while a program runs.  After a kill or a power cut the next server adds
-    it to them.
+1. Rows are added by one write at the end of the file.  What cannot be written whole is taken back; a line that a power
+   cut has left without its end gets one.
+2. A file whose first line is not that of the log is somebody else's, and stays as it is.
+3. Above MOST_BYTES the file is renamed to NAME.old and a new one begins; one of an older chipwise, with fewer columns,
+   to NAME.before.
+4. NAME.running holds what is not in the files yet, renewed while a program runs.  After a kill or a power cut the next
+   server adds it to them.
 """
 
 import csv
@@ -20,8 +21,8 @@ import stat
 from chipwise.host.files import NoRegularFile, read_bytes, write_durable
 
 MOST_BYTES = 5_000_000
-MOST_RUNNING = 1 << 20      # bytes of NAME.running
-LEAST_COLUMNS = 10          # of a log: a file with fewer is somebody else's
+MOST_RUNNING = 1 << 20  # bytes of NAME.running
+LEAST_COLUMNS = 10  # of a log: a file with fewer is somebody else's
 _FORMULA = re.compile(r"(^|[;\t]\s*)(?=[=+\-@\t\r])")
 
 
@@ -46,7 +47,8 @@ def operations_path(path):
 
 
 def safe(value):
-    """A value for a spreadsheet: a text that begins like a formula is shown, not computed, also behind a semicolon or a tab, which may divide cells."""
+    """A value for a spreadsheet: a text that begins like a formula is shown, not computed, also behind a semicolon or a
+    tab, which may divide cells."""
     return _FORMULA.sub(r"\1'", value) if isinstance(value, str) else value
 
 
@@ -96,10 +98,16 @@ def _check_head(path, columns):
 
 
 def _is_older(path, columns):
-    """Whether a file is a log with the columns of an older chipwise: some of ours are missing, the first and the last are there."""
+    """Whether a file is a log with the columns of an older chipwise: some of ours are missing, the first and the last
+    are there."""
     with open(path, "rb") as file:
         names = file.readline(len(_text(columns, [], head=True))).decode("utf-8", "replace").rstrip().split(",")
-    return len(names) > LEAST_COLUMNS and names != list(columns) and names == [name for name in columns if name in names] and names[-1] == columns[-1]
+    return (
+        len(names) > LEAST_COLUMNS
+        and names != list(columns)
+        and names == [name for name in columns if name in names]
+        and names[-1] == columns[-1]
+    )
 
 
 def running_path(path):

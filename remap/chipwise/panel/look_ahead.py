@@ -1,16 +1,19 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The path ahead of the tool in the loaded program, and the contours of its G77, G78 and G79, for the picture of `chipwise panel`.
+"""The path ahead of the tool in the loaded program, and the contours of its G77, G78 and G79, for the picture of
+`chipwise panel`.
 
 Called by watch.py at each look, and by server.py for each page.
 
- 1. While a page is open, the loaded program is read in a process of its own (look_ahead_process.py), again whenever the file, the work offset, the tool
-    or the modes have changed.  A running program is the one that was loaded when it began.
- 2. Before its first run the whole path is ahead.  While it runs, the tool is followed on it (path_window.py); a tool that is not near the
-    path for LOST_S has left it, and no path is shown until it is there again.  After the end of the run, nothing is ahead.
+ 1. While a page is open, the loaded program is read in a process of its own (look_ahead_process.py), again whenever the
+    file, the work offset, the tool or the modes have changed.  A running program is the one that was loaded when it
+    began.
+ 2. Before its first run the whole path is ahead.  While it runs, the tool is followed on it (path_window.py); a tool
+    that is not near the path for LOST_S has left it, and no path is shown until it is there again.  After the end of
+    the run, nothing is ahead.
  3. A page gets a window of the path: from a multiple of WINDOW points on, twice as many.
 
-A message A: uint32 epoch, uint32 first point, float32 x, y, z, kind of each point (1: the segment that ends there is a traverse).  C: JSON of the
-contours, loops of points.  mm, machine coordinates.
+A message A: uint32 epoch, uint32 first point, float32 x, y, z, kind of each point (1: the segment that ends there is a
+traverse).  C: JSON of the contours, loops of points.  mm, machine coordinates.
 """
 
 import contextlib
@@ -27,13 +30,13 @@ from chipwise.host.clock import patience
 from chipwise.program.loaded import identity, place
 from chipwise.panel.path_window import anywhere, follow
 
-WINDOW = 10_000             # points
-READ_S = 300.0              # until a process that reads is ended
-LOST_S = 1.0                # off the path; then it is looked for on the whole path, so long apart
-SLACK_MM = 2.0              # beyond what the velocity says, in a look
-FASTER = 1.5                # than the velocities that were read
+WINDOW = 10_000  # points
+READ_S = 300.0  # until a process that reads is ended
+LOST_S = 1.0  # off the path; then it is looked for on the whole path, so long apart
+SLACK_MM = 2.0  # beyond what the velocity says, in a look
+FASTER = 1.5  # than the velocities that were read
 PATH, TARGETS = b"A", b"C"  # kinds of messages (server.py: message)
-NOTHING = {"note": "", "line": 0, "relative": False, "loops": []}       # known of a program
+NOTHING = {"note": "", "line": 0, "relative": False, "loops": []}  # known of a program
 _FIELDS = (("<f4", 3), ("?", 1), ("<i4", 1), ("<i4", 1))
 
 
@@ -44,7 +47,7 @@ def unpacked(answer):
     arrays, at = [], 0
     for kind, width in _FIELDS:
         size = np.dtype(kind).itemsize * width * head["points"]
-        arrays.append(np.frombuffer(data[at:at + size], kind).reshape((-1, width) if width > 1 else -1))
+        arrays.append(np.frombuffer(data[at : at + size], kind).reshape((-1, width) if width > 1 else -1))
         at += size
     return head, Path(*arrays, head["step"], lengths(arrays[0])) if head["points"] else None
 
@@ -81,20 +84,21 @@ class Ahead:
         """ini: path of the INI file, "": no program is read; read: order -> an object as Reading."""
         self._ini, self._read = ini, read
         self._lock = threading.Lock()
-        self._loaded = None                 # (scene, identity) of the program that runs, or would
+        self._loaded = None  # (scene, identity) of the program that runs, or would
         self._asked = self._order = self._reading = None
         self._head, self._path = NOTHING, None
-        self._epoch = 0                     # counts paths
-        self._run = False                   # a program runs
-        self._ended = None                  # _place() of the program whose run has ended
-        self._done = 0.0                    # mm of path
-        self._shown = True                  # whether the tool is on the path
+        self._epoch = 0  # counts paths
+        self._run = False  # a program runs
+        self._ended = None  # _place() of the program whose run has ended
+        self._done = 0.0  # mm of path
+        self._shown = True  # whether the tool is on the path
         self._reach = self._lost = self._velocity = 0.0
 
     # ---- one look --------------------------------------------------------------------------------------------------
 
     def look(self, dt, scene, running, pins, wanted):
-        """dt: s since the look before; scene: panel/machine.py; running: whether a program runs; wanted: whether a page is open."""
+        """dt: s since the look before; scene: panel/machine.py; running: whether a program runs; wanted: whether a page
+        is open."""
         begins, ends, self._run = running and not self._run, self._run and not running, running
         if scene is not None and (not running or self._loaded is None or begins and self._is_other(scene)):
             self._loaded = scene, identity(scene["program"])
@@ -102,7 +106,11 @@ class Ahead:
             self._loaded = None
         if begins:
             self._done, self._shown, self._lost, self._ended = 0.0, True, 0.0, None
-            if self._head["relative"] and self._order and np.abs(np.subtract(self._order["tip"], pins["tip"])).max() > 1e-3:
+            if (
+                self._head["relative"]
+                and self._order
+                and np.abs(np.subtract(self._order["tip"], pins["tip"])).max() > 1e-3
+            ):
                 self._asked = None
         if ends:
             self._ended = _place(self._loaded)
@@ -126,10 +134,15 @@ class Ahead:
         self._put(NOTHING, None)
         if self._loaded is not None and self._loaded[1] is not None:
             scene = self._loaded[0]
-            self._order = {"ini": self._ini, "program": scene["program"], "scene": scene, "tip": [round(v, 6) for v in tip]}
+            self._order = {
+                "ini": self._ini,
+                "program": scene["program"],
+                "scene": scene,
+                "tip": [round(v, 6) for v in tip],
+            }
             try:
                 self._reading = self._read(self._order)
-            except OSError as error:        # no process or no memory for it: the page works without the path
+            except OSError as error:  # no process or no memory for it: the page works without the path
                 self._put({**NOTHING, "note": f"it could not be read: {error.strerror}; open the program again"}, None)
 
     def _take(self):
@@ -145,7 +158,7 @@ class Ahead:
             self._head, self._path = head, path
             self._epoch += 1
             self._done, self._reach = 0.0, 0.0
-            self._shown, self._lost = not self._run, LOST_S * self._run         # the tool may be anywhere on it
+            self._shown, self._lost = not self._run, LOST_S * self._run  # the tool may be anywhere on it
 
     def _follow(self, dt, pins):
         """Where the tool is on the path."""
@@ -173,12 +186,20 @@ class Ahead:
         return self._path.after(self._done) if self._run else 0
 
     def state(self):
-        """{"epoch", "from": first point ahead or None, "joined": whether the tool is on its segment, "note": why the path ends, "line": there}."""
+        """{"epoch", "from": first point ahead or None, "joined": whether the tool is on its segment, "note": why the
+        path ends, "line": there}."""
         with self._lock:
-            return {"epoch": self._epoch, "from": self._from(), "joined": self._run, "note": self._head["note"], "line": self._head["line"]}
+            return {
+                "epoch": self._epoch,
+                "from": self._from(),
+                "joined": self._run,
+                "note": self._head["note"],
+                "line": self._head["line"],
+            }
 
     def messages(self, seen):
-        """What a page needs that has `seen` = (epoch, first point of its window).  -> ([(kind, bytes), ..], the new seen)."""
+        """What a page needs that has `seen` = (epoch, first point of its window).  -> ([(kind, bytes), ..], the new
+        seen)."""
         with self._lock:
             first = (self._from() or 0) // WINDOW * WINDOW
             if seen == (self._epoch, first):
@@ -187,7 +208,11 @@ class Ahead:
             if seen[0] != self._epoch:
                 parts.append((TARGETS, json.dumps(self._head["loops"]).encode()))
             window = slice(first, first + 2 * WINDOW)
-            rows = np.empty((0, 4), "<f4") if self._path is None else np.column_stack((self._path.points[window], self._path.rapid[window])).astype("<f4")
+            rows = (
+                np.empty((0, 4), "<f4")
+                if self._path is None
+                else np.column_stack((self._path.points[window], self._path.rapid[window])).astype("<f4")
+            )
             return [*parts, (PATH, struct.pack("<II", self._epoch, first) + rows.tobytes())], (self._epoch, first)
 
     def close(self):

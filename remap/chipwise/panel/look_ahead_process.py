@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Reads the loaded program for the picture of `chipwise panel`, in a process of its own: an order as JSON on standard input, the path and the
-contours of G77, G78 and G79 on standard output.  Called by look_ahead.py.
+"""Reads the loaded program for the picture of `chipwise panel`, in a process of its own: an order as JSON on standard
+input, the path and the contours of G77, G78 and G79 on standard output.  Called by look_ahead.py.
 
-    {"ini", "program", "scene", "tip"}      scene: panel/machine.py: scene(); tip: (x, y, z) of the tool, mm, machine coordinates
-    -> a line of JSON {"note", "line", "relative", "loops", "points", "step"}, then the arrays of drawn_path.Path, in their order
+    {"ini", "program", "scene", "tip"}      scene: panel/machine.py: scene(); tip: (x, y, z) of the tool, mm, machine
+                                            coordinates
+    -> a line of JSON {"note", "line", "relative", "loops", "points", "step"}, then the arrays of drawn_path.Path, in
+    their order
 
-note: why the path ends at this line, "" for a program that was read to its end.  Computing time, memory and the number of moves are limited.
-It is LinuxCNC's own interpreter with the remaps of the machine (program/reader.py), so the cycles plan as they do when the program runs.
+note: why the path ends at this line, "" for a program that was read to its end.  Computing time, memory and the number
+of moves are limited.  It is LinuxCNC's own interpreter with the remaps of the machine (program/reader.py), so the
+cycles plan as they do when the program runs.
 """
 
 import json
@@ -25,11 +28,11 @@ from chipwise.program.records import ARC, RAPID, TARGET
 from chipwise.errors import unnamed
 from chipwise.host.temp_folder import FolderError, OwnFolder
 
-NICE = 5                # LinuxCNC comes first; with 10 a busy computer showed no path for minutes
+NICE = 5  # LinuxCNC comes first; with 10 a busy computer showed no path for minutes
 CPU_S = 120
-MEMORY_MB = 1500            # of this process, and of the one that reads
+MEMORY_MB = 1500  # of this process, and of the one that reads
 MOST_MOVES = 5_000_000
-MOST_LOOP_POINTS = 20_000   # of all contours together
+MOST_LOOP_POINTS = 20_000  # of all contours together
 _COMMENT = re.compile(r"\([^)\n]*\)|;[^\n]*")
 _RELATIVE = re.compile(r"g\s*0*91(?!\s*[.0-9])", re.IGNORECASE)
 
@@ -55,7 +58,9 @@ def read(order, folder):
     thinner, targets, note, line = Thinner(), [], "", 0
     try:
         machine = machine_at(order["ini"], order["scene"], order["tip"], folder)
-        with Reader(order["program"], machine, cpu_s=CPU_S, most_moves=MOST_MOVES, memory_mb=MEMORY_MB, targets=True) as reader:
+        with Reader(
+            order["program"], machine, cpu_s=CPU_S, most_moves=MOST_MOVES, memory_mb=MEMORY_MB, targets=True
+        ) as reader:
             for block in reader:
                 kinds = block[:, 0]
                 moves = block[kinds <= ARC]
@@ -69,8 +74,14 @@ def read(order, folder):
         if isinstance(error, Unfinished):
             note = f"{note.partition(';')[0]}; the picture ends there"
     path = thinner.path()
-    return {"note": note, "line": line, "relative": is_relative(order["program"], order["scene"]), "loops": loops(targets),
-            "points": 0 if path is None else len(path.points), "step": 0.0 if path is None else path.step}, path
+    return {
+        "note": note,
+        "line": line,
+        "relative": is_relative(order["program"], order["scene"]),
+        "loops": loops(targets),
+        "points": 0 if path is None else len(path.points),
+        "step": 0.0 if path is None else path.step,
+    }, path
 
 
 def loops(targets):
@@ -81,7 +92,9 @@ def loops(targets):
     for loop in np.split(rows[:, :3].round(4), np.flatnonzero(rows[:, 3])[1:]):
         if len(loop):
             kept = loop[::every].tolist()
-            found[json.dumps(kept + loop[-1:].tolist())] = kept if (len(loop) - 1) % every == 0 else kept + loop[-1:].tolist()
+            found[json.dumps(kept + loop[-1:].tolist())] = (
+                kept if (len(loop) - 1) % every == 0 else kept + loop[-1:].tolist()
+            )
     return list(found.values())
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What each operation of a program did, with the figures of tool_log.py and the lines of the program.  Called by load_log.py.
+"""What each operation of a program did, with the figures of tool_log.py and the lines of the program.  Called by
+load_log.py.
 
 An operation ends, and the next one begins, when
 
@@ -7,11 +8,11 @@ An operation ends, and the next one begins, when
  2. M251 or M252 changes mode or target of the volumetric feed,
  3. the motion comes to the line of a cycle (G12 to G79), or leaves it.
 
-What cuts nothing and is stopped by no guard is not an operation.  A cycle that its own line calls again, in a loop with nothing else
-in it, goes on with its operation.
+What cuts nothing and is stopped by no guard is not an operation.  A cycle that its own line calls again, in a loop with
+nothing else in it, goes on with its operation.
 
-Motion has the number of a line only, not its file.  In a program that runs a sub of another file a number may be that of either: cycles
-are not told apart there, rules 1 and 2 are kept.
+Motion has the number of a line only, not its file.  In a program that runs a sub of another file a number may be that
+of either: cycles are not told apart there, rules 1 and 2 are kept.
 """
 
 import re
@@ -21,13 +22,34 @@ from chipwise.host.files import read_bytes
 from chipwise.panel.display import LIMITS, MODES
 from chipwise.panel.tool_log import SHARES, WATTS, Use
 
-COLUMNS = ("start", "program", "operation", "code", "line", "last_line", "tool", "diameter_mm", "mode", "reference_cm3_min", "mean_cm3_min",
-           "peak_cm3_min", "seconds", "cutting_s", "removed_cm3", *(f"{name}_s" for name in LIMITS[1:]), "over_s", "limited_by", "stops",
-           *SHARES, *WATTS, "complete")
+COLUMNS = (
+    "start",
+    "program",
+    "operation",
+    "code",
+    "line",
+    "last_line",
+    "tool",
+    "diameter_mm",
+    "mode",
+    "reference_cm3_min",
+    "mean_cm3_min",
+    "peak_cm3_min",
+    "seconds",
+    "cutting_s",
+    "removed_cm3",
+    *(f"{name}_s" for name in LIMITS[1:]),
+    "over_s",
+    "limited_by",
+    "stops",
+    *SHARES,
+    *WATTS,
+    "complete",
+)
 CYCLES = (12, 13, 24, 26, 27, 75, 77, 78, 79)
-MOST_PROGRAM = 1 << 20      # bytes: a longer program is not read, and its cycles are not told apart
-SHOWN = 200                 # operations that a page can show
-_TARGET_DIGITS = 3          # of a target, mm3/min: closer ones are the same
+MOST_PROGRAM = 1 << 20  # bytes: a longer program is not read, and its cycles are not told apart
+SHOWN = 200  # operations that a page can show
+_TARGET_DIGITS = 3  # of a target, mm3/min: closer ones are the same
 _COMMENT = re.compile(r"\([^)]*\)|;.*|[ \t\r]")
 _NAME = re.compile(r"<[^>]*>")
 _CODE = re.compile(r"G0*(\d+)(?![\d.])")
@@ -36,7 +58,8 @@ _OTHER_CALL = re.compile(r"M0*98(?!\d)")
 
 
 def cycle_lines(path):
-    """{line: "G79"} of the cycles that a program calls; {} if it runs subs of other files, is longer than MOST_PROGRAM or cannot be read."""
+    """{line: "G79"} of the cycles that a program calls; {} if it runs subs of other files, is longer than MOST_PROGRAM
+    or cannot be read."""
     try:
         text = read_bytes(path, MOST_PROGRAM).decode("utf-8", "replace")
     except OSError:
@@ -51,7 +74,9 @@ def _cycles(lines):
         text = _COMMENT.sub("", line).upper()
         sub = _SUB.match(text)
         if sub:
-            name = str(int(sub.group(1))) if sub.group(1).isdigit() else sub.group(1)       # a computed one is not defined anywhere
+            name = (
+                str(int(sub.group(1))) if sub.group(1).isdigit() else sub.group(1)
+            )  # a computed one is not defined anywhere
             (defined if sub.group(2) == "SUB" else called).add(name)
         words = _NAME.sub("", text)
         if _OTHER_CALL.search(words):
@@ -82,8 +107,16 @@ class Operation(Use):
 
     def row(self):
         limited = {f"{name}_s": round(seconds, 1) for name, seconds in zip(LIMITS[1:], self.limited_s[1:])}
-        return {"operation": self.number, "code": self.code, "line": self.line, "last_line": self.last_line, "mode": self.mode,
-                "seconds": round(self.seconds, 1), **self.figures(), **limited}
+        return {
+            "operation": self.number,
+            "code": self.code,
+            "line": self.line,
+            "last_line": self.last_line,
+            "mode": self.mode,
+            "seconds": round(self.seconds, 1),
+            **self.figures(),
+            **limited,
+        }
 
 
 class OperationLog:
@@ -92,7 +125,7 @@ class OperationLog:
     def __init__(self, cycles):
         """cycles: cycle_lines()."""
         self.cycles = cycles
-        self.now = None             # the Operation under way
+        self.now = None  # the Operation under way
         self.done = deque(maxlen=SHOWN)
         self.count = 0
         self._key = None
@@ -102,7 +135,12 @@ class OperationLog:
         if self.now is not None:
             self.now.add_late(moment)
         pins, line = moment.pins, int(moment.pins["line"])
-        key = (moment.tool, int(pins["mode"]), round(pins["target"], _TARGET_DIGITS), line if line in self.cycles else 0)
+        key = (
+            moment.tool,
+            int(pins["mode"]),
+            round(pins["target"], _TARGET_DIGITS),
+            line if line in self.cycles else 0,
+        )
         ended = self.end() if key != self._key else None
         self._key = key
         if self.now is None and moment.counts:

@@ -3,14 +3,14 @@
 
 Called by look_ahead.py, which follows the tool on the path that look_ahead_process.py has made (check/drawn_path.py).
 
-follow(): the next place on the path at which the tip is, among the segments that the machine can have got to since the last one; the line that
-the machine runs has to be one of the segment's.
+follow(): the next place on the path at which the tip is, among the segments that the machine can have got to since the
+last one; the line that the machine runs has to be one of the segment's.
 """
 
 import numpy as np
 
-NEAR_MM = 1.0               # the tip is that far from the path at most: G64 rounds corners
-SAME_MM = 0.05              # of two places as near as that the earlier one counts
+NEAR_MM = 1.0  # the tip is that far from the path at most: G64 rounds corners
+SAME_MM = 0.05  # of two places as near as that the earlier one counts
 
 
 def follow(path, done, tip, line, reach):
@@ -33,12 +33,12 @@ def anywhere(path, done, tip, line):
 
 
 def on_segments(path, first, last, tip, line):
-    """Length of path at the nearest place to the tip on the segments first .. last - 1; None without one that is near enough.  A segment has the
-    number of the point at its end."""
+    """Length of path at the nearest place to the tip on the segments first .. last - 1; None without one that is near
+    enough.  A segment has the number of the point at its end."""
     last = min(last, len(path.s))
     if first >= last:
         return None
-    start = path.points[first - 1:last - 1].astype(float)
+    start = path.points[first - 1 : last - 1].astype(float)
     along = path.points[first:last] - start
     square = np.maximum((along * along).sum(axis=1), 1e-12)
     to_tip = np.asarray(tip, float) - start

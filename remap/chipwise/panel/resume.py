@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Resume for the page of `chipwise panel`: what the program that goes on would do, and that program, written and opened.  Called by entry_process.py, in a process
-of its own.
+"""Resume for the page of `chipwise panel`: what the program that goes on would do, and that program, written and
+opened.  Called by entry_process.py, in a process of its own.
 
-    {"do": "resume", "ini", "line", "seconds", "broke"}         line: number or null; seconds: number; the options of chipwise resume
+    {"do": "resume", "ini", "line", "seconds", "broke"}         line: number or null; seconds: number; the options of
+        chipwise resume
         -> {"program", "path_of_program", "said": [sentence, ..], "file", "digest"}
     {"do": "go-on", "ini", "line", "seconds", "broke", "path_of_program", "digest"}
-        -> {"file"}                                             digest: of the plan; what would be written is made again, and has to be the same
+        -> {"file"}                                             digest: of the plan; what would be written is made
+                                                                again, and has to be the same
 
 It is what `chipwise resume` does: resume/running.py, resume/run.py.  Nothing is started.
 """
@@ -39,13 +41,24 @@ def _at_rest(machine):
     """The State of a machine at rest.  Raises CycleError."""
     state = machine.read()
     if not (state.idle and state.at_rest):
-        raise CycleError("nothing is resumed: a program or a command is under way, or the machine moves", "wait for its end, or press Stop")
+        raise CycleError(
+            "nothing is resumed: a program or a command is under way, or the machine moves",
+            "wait for its end, or press Stop",
+        )
     return state
 
 
 def _made(order, machine, program):
     with OwnFolder("resume") as folder:
-        return _asked(running.made, program, Order(order["line"], order["seconds"], order["broke"]), order["ini"], machine.scene(), folder, CPU_S)
+        return _asked(
+            running.made,
+            program,
+            Order(order["line"], order["seconds"], order["broke"]),
+            order["ini"],
+            machine.scene(),
+            folder,
+            CPU_S,
+        )
 
 
 def plan(order, machine):
@@ -56,7 +69,12 @@ def plan(order, machine):
         return {**found, "said": list(map(printable, _asked(sentences, program, order["ini"])))}
     path = running.output_of(program)
     made, digest = _made(order, machine, program)
-    return {**found, "said": list(map(printable, made.said)), "file": printable(os.path.basename(path)), "digest": digest}
+    return {
+        **found,
+        "said": list(map(printable, made.said)),
+        "file": printable(os.path.basename(path)),
+        "digest": digest,
+    }
 
 
 def go_on(order, machine):
@@ -67,7 +85,10 @@ def go_on(order, machine):
     path = running.output_of(program)
     found, digest = _made(order, machine, program)
     if digest != order["digest"]:
-        raise CycleError("nothing is written: the stock, the program or the machine has changed since the plan", "look at the plan again")
+        raise CycleError(
+            "nothing is written: the stock, the program or the machine has changed since the plan",
+            "look at the plan again",
+        )
     _at_rest(machine)
     _asked(running.write, found, path)
     machine.open_program(path)

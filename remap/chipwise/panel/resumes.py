@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Resumes for the page of `chipwise panel`: what may be asked of resume.py, and in which order.  Called by entry.py.
 
-Only what was planned last can be written, once, within VALID_S, as for set_ups.py: what was planned without the token does not take the place of what was planned
-with it, and no path of a request gets to the machine.
+Only what was planned last can be written, once, within VALID_S, as for set_ups.py: what was planned without the token
+does not take the place of what was planned with it, and no path of a request gets to the machine.
 """
 
 import time
@@ -11,15 +11,16 @@ from chipwise.host.clock import patience
 from chipwise.errors import CycleError
 
 VALID_S = 600.0
-HIDDEN = ("path_of_program", "digest")          # of an answer: not for the page
+HIDDEN = ("path_of_program", "digest")  # of an answer: not for the page
 
 
 class Resumes:
-    """Of one machine.  ask: order -> answer, as lines.process; planning, acting: functions that give a context, the right to do so."""
+    """Of one machine.  ask: order -> answer, as lines.process; planning, acting: functions that give a context, the
+    right to do so."""
 
     def __init__(self, ini, ask, planning, acting):
         self.ini, self.ask, self.planning, self.acting = ini, ask, planning, acting
-        self._found, self._count = {}, 0            # whether the token was there: (number, options, answer, s on the clock)
+        self._found, self._count = {}, 0  # whether the token was there: (number, options, answer, s on the clock)
 
     def plan(self, line, seconds, broke, by_token):
         """What would go on with the loaded program, with the number of the plan; or {"error"}.  Raises CycleError."""
@@ -42,7 +43,17 @@ class Resumes:
                 raise CycleError("nothing is written: it is not the plan that was made last", "plan it again")
             _number, options, found, then = one
             if time.monotonic() - then > patience(VALID_S):
-                raise CycleError(f"nothing is written: the plan was made more than {VALID_S / 60:g} min ago", "plan it again")
+                raise CycleError(
+                    f"nothing is written: the plan was made more than {VALID_S / 60:g} min ago", "plan it again"
+                )
             if not found["file"]:
                 raise CycleError("a lathe needs no other program", "start this one again: G26 goes on with the part")
-            return self.ask({"do": "go-on", "ini": self.ini, **options, "path_of_program": found["path_of_program"], "digest": found["digest"]})
+            return self.ask(
+                {
+                    "do": "go-on",
+                    "ini": self.ini,
+                    **options,
+                    "path_of_program": found["path_of_program"],
+                    "digest": found["digest"],
+                }
+            )

@@ -3,19 +3,21 @@
 
 Called by cli/panel.py.  What a stranger may send is refused before anything is done with it:
 
- 1. visitors.py has how many connections and pages each address may have; each more is closed at once.  A request has REQUEST_S to arrive with its body, an answer SEND_S for each
-    part to be accepted: a reader slower than that is cut off, and loses nothing but its own page.
- 2. The Host header has to be the address that the connection has come to, so that no foreign name can be resolved to it (DNS
-    rebinding).  A request that names another origin is refused.
+ 1. visitors.py has how many connections and pages each address may have; each more is closed at once.  A request has
+    REQUEST_S to arrive with its body, an answer SEND_S for each part to be accepted: a reader slower than that is cut
+    off, and loses nothing but its own page.
+ 2. The Host header has to be the address that the connection has come to, so that no foreign name can be resolved to it
+    (DNS rebinding).  A request that names another origin is refused.
  3. Files are those of FILES and nothing else: no path of a request ever becomes a path of this machine.
- 4. A plan of a typed line, a measured program and the place of the tool change nothing: on this computer they need no token, but the page's own origin.  They cost computing time, so
-    from elsewhere they need the token.  entry.py makes one at a time.
- 5. Nothing can be changed without [CHIPWISE]PANEL_TOKEN, the token in the request and the page's own origin; a wrong token costs
-    WRONG_TOKEN_S.
+ 4. A plan of a typed line, a measured program and the place of the tool change nothing: on this computer they need no
+    token, but the page's own origin.  They cost computing time, so from elsewhere they need the token.  entry.py makes
+    one at a time.
+ 5. Nothing can be changed without [CHIPWISE]PANEL_TOKEN, the token in the request and the page's own origin; a wrong
+    token costs WRONG_TOKEN_S.
 
-A stream is a row of messages: one letter (kind), four bytes (length, least first), content.  R: the last minute, P: points of the
-path done, S: the state, M and T: the stock, B: the stock before the program (tiles.py), A and C: path ahead and
-contours (look_ahead.py).  A page that is slow gets fewer of them, each up to date.
+A stream is a row of messages: one letter (kind), four bytes (length, least first), content.  R: the last minute, P:
+points of the path done, S: the state, M and T: the stock, B: the stock before the program (tiles.py), A and C: path
+ahead and contours (look_ahead.py).  A page that is slow gets fewer of them, each up to date.
 """
 
 import contextlib
@@ -38,25 +40,49 @@ from chipwise.panel.entry import Lines
 from chipwise.panel.page_colours import stylesheet
 from chipwise.panel.visitors import Visitors
 
-WAITING_CONNECTIONS = 128   # that the kernel keeps until they are taken
+WAITING_CONNECTIONS = 128  # that the kernel keeps until they are taken
 REQUEST_S = 10.0
 SEND_S = 5.0
 UNREAD_BYTES = 1 << 18  # that the kernel keeps for a page that does not read
 WRONG_TOKEN_S = 0.5
-MOST_BODY = 4096        # bytes of a request
-WAIT_S = 5.0            # without a look at the machine, until a stream sends something all the same
+MOST_BODY = 4096  # bytes of a request
+WAIT_S = 5.0  # without a look at the machine, until a stream sends something all the same
 FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "page")
 SHARED = os.path.join(os.path.dirname(FOLDER), os.pardir, "drawing")
-SCRIPTS = {FOLDER: ("panel.js", "chart.js", "loads.js", "ahead.js", "sections.js", "entry.js", "log.js", "buttons.js", "resume.js", "clamps.js", "setup.js", "geometry.js"),
-           SHARED: ("height_shaders.js", "height_view.js")}
-FILES = {               # path: folder, file, type
-    "/": (FOLDER, "panel.html", "text/html"), "/panel.css": (FOLDER, "panel.css", "text/css"),
-    **{f"/{name}": (folder, name, "text/javascript") for folder, names in SCRIPTS.items() for name in names}}
+SCRIPTS = {
+    FOLDER: (
+        "panel.js",
+        "chart.js",
+        "loads.js",
+        "ahead.js",
+        "sections.js",
+        "entry.js",
+        "log.js",
+        "buttons.js",
+        "resume.js",
+        "clamps.js",
+        "setup.js",
+        "geometry.js",
+    ),
+    SHARED: ("height_shaders.js", "height_view.js"),
+}
+FILES = {  # path: folder, file, type
+    "/": (FOLDER, "panel.html", "text/html"),
+    "/panel.css": (FOLDER, "panel.css", "text/css"),
+    **{f"/{name}": (folder, name, "text/javascript") for folder, names in SCRIPTS.items() for name in names},
+}
 HEADERS = (
-    ("Cache-Control", "no-store"), ("X-Content-Type-Options", "nosniff"), ("Referrer-Policy", "no-referrer"),
-    ("Cross-Origin-Resource-Policy", "same-origin"), ("X-Frame-Options", "DENY"),
-    ("Content-Security-Policy", "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
-                                "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"))
+    ("Cache-Control", "no-store"),
+    ("X-Content-Type-Options", "nosniff"),
+    ("Referrer-Policy", "no-referrer"),
+    ("Cross-Origin-Resource-Policy", "same-origin"),
+    ("X-Frame-Options", "DENY"),
+    (
+        "Content-Security-Policy",
+        "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
+        "base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    ),
+)
 
 
 def message(kind, content):
@@ -91,7 +117,7 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
             work()
         except Refused as refused:
             self.send(refused.status, str(refused).encode(), "text/plain")
-        except OSError:         # the other side has gone, or is too slow
+        except OSError:  # the other side has gone, or is too slow
             pass
         self.close_connection = True
 
@@ -101,8 +127,11 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
         if (self.headers.get("Host") or "").lower() not in hosts:
             raise Refused(421, f"this is {self.server.url}, and the request names another host; open that address")
         origin = self.headers.get("Origin")
-        if (origin is not None and origin.lower().removeprefix("http://") != self.headers["Host"].lower()
-                or self.headers.get("Sec-Fetch-Site") not in (None, "same-origin", "none")):
+        if (
+            origin is not None
+            and origin.lower().removeprefix("http://") != self.headers["Host"].lower()
+            or self.headers.get("Sec-Fetch-Site") not in (None, "same-origin", "none")
+        ):
             raise Refused(403, "the request comes from another page; use the panel's own")
 
     def send(self, status, content, kind):
@@ -154,7 +183,14 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
         self.send_json(200, found)
 
     def about(self):
-        self.send_json(200, {"version": version(), "can_change": bool(self.server.token), "local": self.server.visitor(self.connection).local})
+        self.send_json(
+            200,
+            {
+                "version": version(),
+                "can_change": bool(self.server.token),
+                "local": self.server.visitor(self.connection).local,
+            },
+        )
 
     def stream(self):
         """Messages until the page, LinuxCNC or this program ends."""
@@ -233,10 +269,18 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
         return found
 
 
-READING = {             # path: what answers it
-    "/strings.json": Handler.strings, "/colours.css": Handler.style, "/state.json": Handler.state, "/log.json": Handler.log,
-    "/about.json": Handler.about, "/tools.json": Handler.tools, "/clamps.json": Handler.clamps, "/codes.json": Handler.codes, "/line.json": Handler.line,
-    "/stream": Handler.stream}
+READING = {  # path: what answers it
+    "/strings.json": Handler.strings,
+    "/colours.css": Handler.style,
+    "/state.json": Handler.state,
+    "/log.json": Handler.log,
+    "/about.json": Handler.about,
+    "/tools.json": Handler.tools,
+    "/clamps.json": Handler.clamps,
+    "/codes.json": Handler.codes,
+    "/line.json": Handler.line,
+    "/stream": Handler.stream,
+}
 
 
 class Server(ThreadingHTTPServer):
@@ -248,14 +292,14 @@ class Server(ThreadingHTTPServer):
     allow_reuse_address = True
 
     def __init__(self, address, port, watch, token="", items=None, lines=None):
-        """address: IPv4 or IPv6; port: 0 for a free one; token: "" for read-only; items: colours.load(), None: chipwise's own;
-        lines: lines.Lines, None: without a machine.  Raises OSError."""
+        """address: IPv4 or IPv6; port: 0 for a free one; token: "" for read-only; items: colours.load(), None:
+        chipwise's own; lines: lines.Lines, None: without a machine.  Raises OSError."""
         self.address_family = socket.AF_INET6 if ":" in address else socket.AF_INET
         self.watch, self.token, self.closing = watch, token, False
         self.items = colours.load("") if items is None else items
         self.lines = lines or Lines("")
         self._lock = threading.Lock()
-        self._open = {}                 # connection: until when its request has to be there, None afterwards
+        self._open = {}  # connection: until when its request has to be there, None afterwards
         self._visitors = Visitors()
         super().__init__((address, port), Handler)
         self.url = as_url(*self.server_address[:2])
@@ -278,7 +322,7 @@ class Server(ThreadingHTTPServer):
     def process_request(self, request, client_address):
         try:
             served = request.getsockname()[0]
-        except OSError:                 # gone already
+        except OSError:  # gone already
             served = ""
         with self._lock:
             stays = self._visitors.come(request, client_address[0], served)
@@ -333,7 +377,10 @@ class Server(ThreadingHTTPServer):
         """Context of an open page; Refused for one too many."""
         with self._lock:
             if not self._visitors.open_page(connection):
-                raise Refused(503, f"{len(self._visitors.streams)} pages are open already, and this one is one too many; close one")
+                raise Refused(
+                    503,
+                    f"{len(self._visitors.streams)} pages are open already, and this one is one too many; close one",
+                )
             self.watch.pages = len(self._visitors.streams)
         try:
             yield

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The set-up of the loaded program for the page of `chipwise panel`: measures it, gives the tool's place as a corner of the stock, and writes the job file
-that a person has confirmed.  Called by entry_process.py, in a process of its own.
+"""The set-up of the loaded program for the page of `chipwise panel`: measures it, gives the tool's place as a corner of
+the stock, and writes the job file that a person has confirmed.  Called by entry_process.py, in a process of its own.
 
     {"do": "measure", "ini", "stock": [x0, y0, z0, x1, y1, z1] mm or null, "material"}
-        -> {"program", "path_of_program", "stock", "source", "tools", "notes", "findings", "own_m251", "dwell_s", "path": [[x, y, z, traverse], ..], "confirmed", "job",
-            "frame", "clamps": [{"name", "seen": [shape, turn in degrees, [x, y], [half x, half y]], "bottom", "top"}]}
-                                                    stock, path, clamps: mm, work coordinates of the first move; job: the text that "confirm" wants
+        -> {"program", "path_of_program", "stock", "source", "tools", "notes", "findings", "own_m251", "dwell_s",
+            "path": [[x, y, z, traverse], ..], "confirmed", "job", "frame", "clamps": [{"name", "seen": [shape, turn in
+                                                    degrees, [x, y], [half x, half y]], "bottom", "top"}]} stock, path,
+                                                    clamps: mm, work coordinates of the first move; job: the text that
+                                                    "confirm" wants
     {"do": "corner", "frame"}                       frame: of the last measure, or null; -> {"corner": [x, y, z]}
     {"do": "confirm", "ini", "program", "job"}      -> {"file"}
 
@@ -52,7 +54,16 @@ def measure(order, machine):
         try:
             loaded = machine_in_force(order["ini"], scene, folder)
             clamps = confirmed.clamps_before(jobs.path_of(program, settings.path("JOBS")), program)
-            found = measured(program, loaded, confirmed.names(program, loaded), stock=stock, material=order["material"], set_up=clamps[0], clamps=clamps[1], cpu_s=CPU_S)
+            found = measured(
+                program,
+                loaded,
+                confirmed.names(program, loaded),
+                stock=stock,
+                material=order["material"],
+                set_up=clamps[0],
+                clamps=clamps[1],
+                cpu_s=CPU_S,
+            )
         except Unreadable as error:
             raise CycleError(str(error).partition(";")[0], str(error).partition("; ")[2]) from error
     if found.result.error:
@@ -62,19 +73,35 @@ def measure(order, machine):
     job = confirmed.job_of(program, found, order["material"], air, *clamps)
     before, _why = jobs.state_of(jobs.path_of(program, settings.path("JOBS")), program, found.digest)
     low, high, source = found.stock
-    return {"path_of_program": program, "program": printable(os.path.basename(program)), "stock": [*low, *high], "source": source,
-            "tools": [tool.json() | ({"time_with_s": tool.time_air_s} if air else {}) for tool in found.tools],
-            "notes": [printable(text) for text in grouped_notes(found.result.notes)] + ["feeds above the stock are as fast as the axes (SETUP_AIR)"] * air, "findings": found.result.findings.count, "own_m251": found.has_own_rate,
-            "dwell_s": found.result.dwell_s, "path": _drawn(found), "confirmed": before == jobs.as_written(job), "job": jobs.text_of(job),
-            "frame": [found.frame.turn, list(found.frame.offset), list(found.frame.g92)],
-            "clamps": [_seen(clamp, found.frame) for clamp in job.obstacles(settings.path("CLAMPS"), found.frame)]}
+    return {
+        "path_of_program": program,
+        "program": printable(os.path.basename(program)),
+        "stock": [*low, *high],
+        "source": source,
+        "tools": [tool.json() | ({"time_with_s": tool.time_air_s} if air else {}) for tool in found.tools],
+        "notes": [printable(text) for text in grouped_notes(found.result.notes)]
+        + ["feeds above the stock are as fast as the axes (SETUP_AIR)"] * air,
+        "findings": found.result.findings.count,
+        "own_m251": found.has_own_rate,
+        "dwell_s": found.result.dwell_s,
+        "path": _drawn(found),
+        "confirmed": before == jobs.as_written(job),
+        "job": jobs.text_of(job),
+        "frame": [found.frame.turn, list(found.frame.offset), list(found.frame.g92)],
+        "clamps": [_seen(clamp, found.frame) for clamp in job.obstacles(settings.path("CLAMPS"), found.frame)],
+    }
 
 
 def _seen(clamp, frame):
     """A Clamp of the machine, in work coordinates."""
     here = clamp.seen_from(frame.to_machine((0.0, 0.0, 0.0)), math.degrees(frame.turn))
     half = [(b - a) / 2 for a, b in zip(here.low[:2], here.high[:2])]
-    return {"name": printable(clamp.name), "seen": [here.shape, here.turn, [float(value) for value in here.middle], half], "bottom": float(here.bottom), "top": float(here.top)}
+    return {
+        "name": printable(clamp.name),
+        "seen": [here.shape, here.turn, [float(value) for value in here.middle], half],
+        "bottom": float(here.bottom),
+        "top": float(here.top),
+    }
 
 
 def _drawn(found):
@@ -95,7 +122,10 @@ def confirm(order, machine):
     """The answer to "confirm"; only at rest: a new set-up would end the one that is in force."""
     state = machine.read()
     if not (state.idle and state.at_rest):
-        raise CycleError("the set-up is not confirmed: a program or a command is under way, or the machine moves", "wait for its end, or press Stop")
+        raise CycleError(
+            "the set-up is not confirmed: a program or a command is under way, or the machine moves",
+            "wait for its end, or press Stop",
+        )
     if state.program != order["program"]:
         raise CycleError("the set-up is not confirmed: another program is loaded", "look at the set-up of that one")
     path = jobs.path_of(order["program"], load_settings(order["ini"]).path("JOBS"))

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Set-ups for the page of `chipwise panel`: what may be asked of set_up.py, and in which order.  Called by entry.py.
 
- 1. One program is measured at a time, however many pages there are.
- 2. Only what was measured last can be confirmed, within VALID_S.  What was asked for without the token does not take the place of what was asked for
-    with it.  No number of a request gets into a job file: "confirm" names a measurement.
+1. One program is measured at a time, however many pages there are.
+2. Only what was measured last can be confirmed, within VALID_S.  What was asked for without the token does not take the
+   place of what was asked for with it.  No number of a request gets into a job file: "confirm" names a measurement.
 """
 
 import time
@@ -12,18 +12,20 @@ from chipwise.host.clock import patience
 from chipwise.errors import CycleError
 
 VALID_S = 3600.0
-HIDDEN = ("job", "frame", "path_of_program")           # of an answer: not for the page
+HIDDEN = ("job", "frame", "path_of_program")  # of an answer: not for the page
 
 
 class SetUps:
-    """Of one machine.  ask: order -> answer, as lines.process; measuring, acting: functions that give a context, the right to do so."""
+    """Of one machine.  ask: order -> answer, as lines.process; measuring, acting: functions that give a context, the
+    right to do so."""
 
     def __init__(self, ini, ask, measuring, acting):
         self.ini, self.ask, self.measuring, self.acting = ini, ask, measuring, acting
-        self._found, self._count = {}, 0            # whether the token was there: (number, answer, s on the clock)
+        self._found, self._count = {}, 0  # whether the token was there: (number, answer, s on the clock)
 
     def measure(self, stock, material, by_token):
-        """What a program cuts in a stock (six numbers, mm, or None), with the number of the measurement; or {"error"}.  Raises CycleError."""
+        """What a program cuts in a stock (six numbers, mm, or None), with the number of the measurement; or {"error"}.
+        Raises CycleError."""
         with self.measuring():
             self._found.pop(by_token, None)
             found = self.ask({"do": "measure", "ini": self.ini, "stock": stock, "material": material})
@@ -34,7 +36,8 @@ class SetUps:
             return {"measured": self._count, **{name: value for name, value in found.items() if name not in HIDDEN}}
 
     def corner(self, number, in_machine=False):
-        """Where the tool is, in the coordinates of a measurement, in those in force or in those of the machine; or {"error"}."""
+        """Where the tool is, in the coordinates of a measurement, in those in force or in those of the machine; or
+        {"error"}."""
         if in_machine:
             return self.ask({"do": "corner", "frame": [0.0, [0.0] * 3, [0.0] * 3]})
         frame = next((found["frame"] for count, found, _then in list(self._found.values()) if count == number), None)
@@ -46,8 +49,15 @@ class SetUps:
             kind = next((kind for kind, one in list(self._found.items()) if one[0] == number), None)
             one = self._found.pop(kind, None)
             if one is None:
-                raise CycleError("the set-up is not confirmed: it is not the one that was measured last", "measure it again")
+                raise CycleError(
+                    "the set-up is not confirmed: it is not the one that was measured last", "measure it again"
+                )
             _number, found, then = one
             if time.monotonic() - then > patience(VALID_S):
-                raise CycleError(f"the set-up is not confirmed: it was measured more than {VALID_S / 60:g} min ago", "measure it again")
-            return self.ask({"do": "confirm", "ini": self.ini, "program": found["path_of_program"], "job": found["job"]})
+                raise CycleError(
+                    f"the set-up is not confirmed: it was measured more than {VALID_S / 60:g} min ago",
+                    "measure it again",
+                )
+            return self.ask(
+                {"do": "confirm", "ini": self.ini, "program": found["path_of_program"], "job": found["job"]}
+            )

@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The stock as pictures in tiles, of which only those that have changed are sent.
 
-Called by watch.py, which looks at the running map some times a second, and by server.py, once for each page and picture.
+Called by watch.py, which looks at the running map some times a second, and by server.py, once for each page and
+picture.
 
- 1. A look compares the cells of the map with a copy of them, tile by tile.  The tracker writes meanwhile: what a look misses, the
-    next one finds.
+ 1. A look compares the cells of the map with a copy of them, tile by tile.  The tracker writes meanwhile: what a look
+    misses, the next one finds.
  2. A tile that has changed gets the number of this look, and its heights are computed anew.
  3. A page names the last look it has; it gets all tiles with a higher number.
- 4. The heights at the begin of a program are kept (mark), and sent to each page once: what the program has cut is the difference.
-    Another stock ends that (unmark), also one of the same box.
+ 4. The heights at the begin of a program are kept (mark), and sent to each page once: what the program has cut is the
+    difference.  Another stock ends that (unmark), also one of the same box.
  5. A map of more than MOST_CELLS is shown in steps: one cell of each field of `step` by `step` cells.
 
 Heights go out as 16 bit numbers, 0 at the bottom of the stock's box, 65535 at its top.
@@ -23,12 +24,12 @@ import numpy as np
 from chipwise.clib.core import CELL_DTYPE
 from chipwise.stock.shared import mean_heights
 
-TILE = 64                   # cells along the sides of a tile
-MOST_CELLS = 1 << 20        # of a picture
-MOST_SIDE = 4096            # of its cells along X or Y: what a browser's texture can have
-FULL = 65535                # height of the top of the box in a picture
-MAP, TILES, BEFORE = b"M", b"T", b"B"       # kinds of messages (server.py: message)
-TILE_HEAD = struct.Struct("<HHHH")      # first column, first row, columns, rows
+TILE = 64  # cells along the sides of a tile
+MOST_CELLS = 1 << 20  # of a picture
+MOST_SIDE = 4096  # of its cells along X or Y: what a browser's texture can have
+FULL = 65535  # height of the top of the box in a picture
+MAP, TILES, BEFORE = b"M", b"T", b"B"  # kinds of messages (server.py: message)
+TILE_HEAD = struct.Struct("<HHHH")  # first column, first row, columns, rows
 
 
 def step_of(rows, columns):
@@ -44,17 +45,17 @@ class Tiles:
 
     def __init__(self):
         self._lock = threading.Lock()
-        self._box = None                # of the map that is shown
+        self._box = None  # of the map that is shown
         self._head = None
-        self._epoch = 0                 # counts maps: another box, another size
-        self._number = 0                # counts looks that have found a change
+        self._epoch = 0  # counts maps: another box, another size
+        self._number = 0  # counts looks that have found a change
         self._step = 1
-        self._seen = None               # (rows, columns) uint64: the cells as they were at the last look
-        self._heights = None            # (rows, columns) uint16
-        self._before = None             # (rows, columns) uint16: the heights at the last mark(), of the same box
-        self._mark = 0                  # counts marks and maps
-        self._unmarked = -1             # the one that unmark() has made
-        self._changed = None            # (tiles in Y, tiles in X): look at which a tile has changed last
+        self._seen = None  # (rows, columns) uint64: the cells as they were at the last look
+        self._heights = None  # (rows, columns) uint16
+        self._before = None  # (rows, columns) uint16: the heights at the last mark(), of the same box
+        self._mark = 0  # counts marks and maps
+        self._unmarked = -1  # the one that unmark() has made
+        self._changed = None  # (tiles in Y, tiles in X): look at which a tile has changed last
 
     @property
     def now(self):
@@ -69,7 +70,7 @@ class Tiles:
         box = (head.x0, head.y0, head.z_min, head.x_max, head.y_max, head.z_max, head.nx, head.ny, head.cell)
         if box != self._box:
             return self._begin(head, cells, box)
-        cells = cells[::self._step, ::self._step]
+        cells = cells[:: self._step, :: self._step]
         rows, columns = (np.arange(0, size, TILE) for size in cells.shape)
         found = (cells != self._seen).view(np.uint8)
         hit = np.maximum.reduceat(np.maximum.reduceat(found, rows, axis=0), columns, axis=1)
@@ -87,7 +88,7 @@ class Tiles:
         """A map of another box."""
         with self._lock:
             self._step = step_of(*cells.shape)
-            cells = cells[::self._step, ::self._step]
+            cells = cells[:: self._step, :: self._step]
             self._box, self._head = box, head
             self._before, self._mark = None, self._mark + 1
             self._seen = np.zeros(cells.shape, np.uint64)
@@ -122,8 +123,8 @@ class Tiles:
                 self._unmarked = self._mark
 
     def before(self, mark):
-        """The stock at the last mark(), for a page that has that of `mark` (0: none yet): ([(kind, bytes)], the new mark); without heights if there is
-        none any more."""
+        """The stock at the last mark(), for a page that has that of `mark` (0: none yet): ([(kind, bytes)], the new
+        mark); without heights if there is none any more."""
         with self._lock:
             if mark == self._mark or self._before is None and self._unmarked != self._mark:
                 return [], self._mark
@@ -141,13 +142,27 @@ class Tiles:
             if epoch != self._epoch:
                 number = 0
                 rows, columns = self._heights.shape
-                found.append((MAP, json.dumps({
-                    "epoch": self._epoch, "rows": rows, "columns": columns, "cell": head.cell * self._step, "x": head.x0,
-                    "y": head.y0, "bottom": head.z_min, "top": head.z_max}).encode()))
+                found.append(
+                    (
+                        MAP,
+                        json.dumps(
+                            {
+                                "epoch": self._epoch,
+                                "rows": rows,
+                                "columns": columns,
+                                "cell": head.cell * self._step,
+                                "x": head.x0,
+                                "y": head.y0,
+                                "bottom": head.z_min,
+                                "top": head.z_max,
+                            }
+                        ).encode(),
+                    )
+                )
             data = b"".join(self._packed(j, i) for j, i in np.argwhere(self._changed > number))
             return found + [(TILES, struct.pack("<I", self._epoch) + data)], self.now
 
     def _packed(self, j, i):
         """One tile: TILE_HEAD and its heights, row by row from the lowest Y."""
-        part = self._heights[j * TILE:(j + 1) * TILE, i * TILE:(i + 1) * TILE]
+        part = self._heights[j * TILE : (j + 1) * TILE, i * TILE : (i + 1) * TILE]
         return TILE_HEAD.pack(i * TILE, j * TILE, part.shape[1], part.shape[0]) + part.astype("<u2").tobytes()

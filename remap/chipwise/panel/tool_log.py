@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What each tool did in a program: reference, mean and peak of the removal rate, time, how often and how it was held back.
+"""What each tool did in a program: reference, mean and peak of the removal rate, time, how often and how it was held
+back.
 
-Called by load_log.py for the running program; operations.py has the same for each operation.  The columns are those of load logs of
-machine tools: reference, mean, peak, time, overload reaction.
+Called by load_log.py for the running program; operations.py has the same for each operation.  The columns are those of
+load logs of machine tools: reference, mean, peak, time, overload reaction.
 
- 1. Moments makes one Moment of two looks at the machine: time, volume, whether it cuts, whether a guard has just stopped it.
+ 1. Moments makes one Moment of two looks at the machine: time, volume, whether it cuts, whether a guard has just
+    stopped it.
  2. A Use adds up the moments of one tool, or of one operation.
 """
 
@@ -15,12 +17,28 @@ from chipwise.panel.limits import TOOTH, loads, power
 from chipwise.rates import MM3_PER_CM3
 from chipwise.clib.layout import LimitedBy
 
-SHARES = tuple(f"{name}_percent" for name in TOOTH)        # largest share of each bound; empty: no bound
-WATTS = ("predicted_w", "measured_w")                   # means while it cuts; empty: not known
-COLUMNS = ("start", "program", "tool", "diameter_mm", "reference_cm3_min", "mean_cm3_min", "peak_cm3_min", "cutting_s", "removed_cm3",
-           "slowed_s", "over_s", "limited_by", "stops", *SHARES, *WATTS, "complete")
+SHARES = tuple(f"{name}_percent" for name in TOOTH)  # largest share of each bound; empty: no bound
+WATTS = ("predicted_w", "measured_w")  # means while it cuts; empty: not known
+COLUMNS = (
+    "start",
+    "program",
+    "tool",
+    "diameter_mm",
+    "reference_cm3_min",
+    "mean_cm3_min",
+    "peak_cm3_min",
+    "cutting_s",
+    "removed_cm3",
+    "slowed_s",
+    "over_s",
+    "limited_by",
+    "stops",
+    *SHARES,
+    *WATTS,
+    "complete",
+)
 SLOWED = (LimitedBy.STOCK_HERE, LimitedBy.STOCK_AHEAD)
-OVER = 1.1              # of the target: an overload
+OVER = 1.1  # of the target: an overload
 MOST_TOOLS = 1000
 
 
@@ -38,8 +56,8 @@ def mean(uses):
 
 @dataclass(frozen=True)
 class Moment:
-    """The time between two looks: dt s, volume mm3, whether it cuts, whether a guard has stopped the machine in it; pins: Machine.pins()
-    at its end."""
+    """The time between two looks: dt s, volume mm3, whether it cuts, whether a guard has stopped the machine in it;
+    pins: Machine.pins() at its end."""
 
     dt: float
     volume: float
@@ -72,10 +90,11 @@ class Moments:
     def look(self, dt, pins):
         """-> the Moment that ends with this look, dt s after the one before."""
         before, self._removed = self._removed, pins["removed"]
-        volume = pins["removed"] - before if before is not None else 0.0        # below 0: another stock
+        volume = pins["removed"] - before if before is not None else 0.0  # below 0: another stock
         stopped, was_stopped = bool(pins["guard_reason"]), self._stopped
         self._stopped = stopped
-        # a rate without volume: the servo thread has not run since the look before (a busy simulation), and makes up for it later
+        # a rate without volume: the servo thread has not run since the look before (a busy simulation), and makes up
+        # for it later
         cutting = before is not None and pins["motion_type"] in FEED_MOTION and (volume > 0 or pins["mrr"] > 0)
         return Moment(dt, max(0.0, volume), cutting, stopped and not was_stopped, pins)
 
@@ -86,11 +105,11 @@ class Use:
     def __init__(self, tool, diameter):
         self.tool, self.diameter = tool, diameter
         self.cut_s = self.over_s = self.volume = self.peak = self.reference = 0.0
-        self.rate = 0.0         # that it was last seen to cut with
-        self.limited_s = [0.0] * len(LIMITS)        # by LimitedBy
+        self.rate = 0.0  # that it was last seen to cut with
+        self.limited_s = [0.0] * len(LIMITS)  # by LimitedBy
         self.stops = 0
-        self.shares = {}            # the largest of limits.loads()
-        self.watts = {name: (0.0, 0.0) for name in WATTS}       # Ws, and the s for which it was known
+        self.shares = {}  # the largest of limits.loads()
+        self.watts = {name: (0.0, 0.0) for name in WATTS}  # Ws, and the s for which it was known
 
     def add(self, moment):
         pins = moment.pins
@@ -118,7 +137,8 @@ class Use:
                 self.watts[name] = joules + value * moment.dt, seconds + moment.dt
 
     def add_late(self, moment):
-        """What it had cut before the motion which this look has found, and the time for that: a mean above the peak cannot be."""
+        """What it had cut before the motion which this look has found, and the time for that: a mean above the peak
+        cannot be."""
         self.volume += moment.late
         if self.rate > 0:
             self.cut_s += min(moment.dt, 60 * moment.late / self.rate)
@@ -136,12 +156,26 @@ class Use:
 
     def figures(self):
         """The figures that tools and operations have in common."""
-        return {"tool": self.tool, "diameter_mm": round(self.diameter, 4), "reference_cm3_min": round(self.reference / MM3_PER_CM3, 4) or "",
-                "mean_cm3_min": round(mean([self]) / MM3_PER_CM3, 4), "peak_cm3_min": round(self.peak / MM3_PER_CM3, 4),
-                "cutting_s": round(self.cut_s, 1), "removed_cm3": round(self.volume / MM3_PER_CM3, 4),
-                "over_s": round(self.over_s, 1), "limited_by": self.limited_by, "stops": self.stops,
-                **{column: round(100 * self.shares[name], 1) if name in self.shares else "" for column, name in zip(SHARES, TOOTH)},
-                **{name: round(joules / seconds, 1) if seconds > 0 else "" for name, (joules, seconds) in self.watts.items()}}
+        return {
+            "tool": self.tool,
+            "diameter_mm": round(self.diameter, 4),
+            "reference_cm3_min": round(self.reference / MM3_PER_CM3, 4) or "",
+            "mean_cm3_min": round(mean([self]) / MM3_PER_CM3, 4),
+            "peak_cm3_min": round(self.peak / MM3_PER_CM3, 4),
+            "cutting_s": round(self.cut_s, 1),
+            "removed_cm3": round(self.volume / MM3_PER_CM3, 4),
+            "over_s": round(self.over_s, 1),
+            "limited_by": self.limited_by,
+            "stops": self.stops,
+            **{
+                column: round(100 * self.shares[name], 1) if name in self.shares else ""
+                for column, name in zip(SHARES, TOOTH)
+            },
+            **{
+                name: round(joules / seconds, 1) if seconds > 0 else ""
+                for name, (joules, seconds) in self.watts.items()
+            },
+        }
 
     def row(self):
         """The figures of a tool, as a page and the file show them."""
@@ -153,7 +187,7 @@ class ToolLog:
 
     def __init__(self):
         self.uses = {}
-        self._last = None           # the Use that has cut last
+        self._last = None  # the Use that has cut last
 
     def add(self, moment):
         if self._last is not None:

@@ -3,14 +3,16 @@
 
 Called by server.py.
 
- 1. Visitors are of two kinds: this computer's own (the loopback, or the address at which it is served), and addresses from which the right token
-    came, are friends; all others are strangers.
- 2. Of MOST_CONNECTIONS and MOST_STREAMS, ROOM_CONNECTIONS and ROOM_STREAMS are kept for friends: strangers, however many they are, get no more
-    than the rest, and no place of a friend is ever theirs.
- 3. One stranger has at most MOST_OF_ADDRESS connections and STREAMS_OF_ADDRESS pages.  An IPv6 network of 64 bits is one stranger: a computer may
-    have any address of its own.
- 4. One stranger may connect REQUESTS_AT_ONCE times at once and REQUESTS_PER_S times a second after that.  Each more is closed unread.
- 5. What is remembered is bounded: MOST_FRIENDS addresses, and MOST_REMEMBERED strangers; the one that was here least recently is forgotten.
+ 1. Visitors are of two kinds: this computer's own (the loopback, or the address at which it is served), and addresses
+    from which the right token came, are friends; all others are strangers.
+ 2. Of MOST_CONNECTIONS and MOST_STREAMS, ROOM_CONNECTIONS and ROOM_STREAMS are kept for friends: strangers, however
+    many they are, get no more than the rest, and no place of a friend is ever theirs.
+ 3. One stranger has at most MOST_OF_ADDRESS connections and STREAMS_OF_ADDRESS pages.  An IPv6 network of 64 bits is
+    one stranger: a computer may have any address of its own.
+ 4. One stranger may connect REQUESTS_AT_ONCE times at once and REQUESTS_PER_S times a second after that.  Each more is
+    closed unread.
+ 5. What is remembered is bounded: MOST_FRIENDS addresses, and MOST_REMEMBERED strangers; the one that was here least
+    recently is forgotten.
 
 Any function is called under the lock of the server.
 """
@@ -23,9 +25,9 @@ MOST_CONNECTIONS = 48
 ROOM_CONNECTIONS = 16
 MOST_STREAMS = 16
 ROOM_STREAMS = 8
-MOST_OF_ADDRESS = 12        # a browser opens six at once
+MOST_OF_ADDRESS = 12  # a browser opens six at once
 STREAMS_OF_ADDRESS = 4
-REQUESTS_AT_ONCE = 60       # a page is some fifteen requests
+REQUESTS_AT_ONCE = 60  # a page is some fifteen requests
 REQUESTS_PER_S = 20.0
 MOST_FRIENDS = 16
 MOST_REMEMBERED = 1024
@@ -61,9 +63,9 @@ class Visitors:
     """All connections of one server."""
 
     def __init__(self):
-        self.connections, self.streams = {}, {}     # connection: Visitor
-        self._friends = OrderedDict()               # names, the last one that was here at the end
-        self._budgets = OrderedDict()               # name of a stranger: (requests left, s on the clock)
+        self.connections, self.streams = {}, {}  # connection: Visitor
+        self._friends = OrderedDict()  # names, the last one that was here at the end
+        self._budgets = OrderedDict()  # name of a stranger: (requests left, s on the clock)
 
     def is_friend(self, visitor):
         return visitor.local or visitor.name in self._friends
@@ -91,7 +93,9 @@ class Visitors:
     def come(self, connection, address, served):
         """-> whether a connection may stay."""
         visitor = Visitor(network(address), is_local(address, served))
-        if not self._fits(self.connections, visitor, MOST_CONNECTIONS, ROOM_CONNECTIONS, MOST_OF_ADDRESS) or not self._may_ask(visitor):
+        if not self._fits(
+            self.connections, visitor, MOST_CONNECTIONS, ROOM_CONNECTIONS, MOST_OF_ADDRESS
+        ) or not self._may_ask(visitor):
             return False
         self.connections[connection] = visitor
         return True

@@ -3,10 +3,11 @@
 
 Called by cli/panel.py, in the main thread; server.py reads from other threads what it publishes.
 
- 1. LOOK_S between two looks at the pins, whether a page is open or not: the last HISTORY_S, peak and mean of a program are known
-    to a page that is opened later.
+ 1. LOOK_S between two looks at the pins, whether a page is open or not: the last HISTORY_S, peak and mean of a program
+    are known to a page that is opened later.
  2. The map is looked at when a program begins and while a page is open, and never for more than MAP_SHARE of the time.
- 3. If a program runs and another one ran at the look before, the look counts as one between the two: the other one begins with the next look.
+ 3. If a program runs and another one ran at the look before, the look counts as one between the two: the other one
+    begins with the next look.
  4. The path done comes from the servo thread (stock/path_done.py), so a look that is late loses none of it.
  5. A look is published as one JSON text with a number; who waits for it is woken.
 """
@@ -30,24 +31,49 @@ from chipwise.stock.shared import SharedStockError
 
 LOOK_S = 0.1
 HISTORY_S = 60.0
-ALIVE_S = 1.0           # between two looks whether LinuxCNC still runs
-MAP_SHARE = 0.05        # of the time, for looks at the map
-RETRY_S = 2.0           # until a map that could not be read is looked for again
+ALIVE_S = 1.0  # between two looks whether LinuxCNC still runs
+MAP_SHARE = 0.05  # of the time, for looks at the map
+RETRY_S = 2.0  # until a map that could not be read is looked for again
 RUN_SUMS = tuple(name.replace("-", "_") for name in SUMS)
 OF_RUN = ("mode", "target", "motion_type", *(name.replace("-", "_") for name in STOCK), *RUN_SUMS)
-SHOWN_AS_READ = ("mrr", "target", "lower", "override", "area", "area_ahead", "depth", "tip", "tool", "tool_diameter", "tool_corner_radius",
-                 "tool_flute_length", "removed", "line", "current_vel", "feed_per_tooth", "programmed_vel", "requested_vel", "work", "doubt")
-SLOWER = 0.98           # of F: the background shows it
-PATH_POINTS = 10000     # of the path done
-PATH_STEP_MM = 0.2      # between two of them that were seen at looks
+SHOWN_AS_READ = (
+    "mrr",
+    "target",
+    "lower",
+    "override",
+    "area",
+    "area_ahead",
+    "depth",
+    "tip",
+    "tool",
+    "tool_diameter",
+    "tool_corner_radius",
+    "tool_flute_length",
+    "removed",
+    "line",
+    "current_vel",
+    "feed_per_tooth",
+    "programmed_vel",
+    "requested_vel",
+    "work",
+    "doubt",
+)
+SLOWER = 0.98  # of F: the background shows it
+PATH_POINTS = 10000  # of the path done
+PATH_STEP_MM = 0.2  # between two of them that were seen at looks
 
 
 def figures(run):
     """Peak, mean, time and time saved of a run of a program (panel/display.py: Run); mm3/min and s, None: not known."""
     if run is None:
         return None
-    return {"seconds": round(run.seconds, 1), "peak": run.peak, "mean": run.mean, "air_share": run.air_share,
-            "saved": round(run.saved_s, 1) if run.fed_s > 0 else None}
+    return {
+        "seconds": round(run.seconds, 1),
+        "peak": run.peak,
+        "mean": run.mean,
+        "air_share": run.air_share,
+        "saved": round(run.saved_s, 1) if run.fed_s > 0 else None,
+    }
 
 
 def background(pins, task, alarms):
@@ -69,8 +95,8 @@ class PathDone:
 
     def __init__(self):
         self.points = deque(maxlen=PATH_POINTS)
-        self.count = 0              # points that were ever added
-        self.epoch = 0              # counts programs
+        self.count = 0  # points that were ever added
+        self.epoch = 0  # counts programs
 
     def begin(self):
         self.points.clear()
@@ -93,18 +119,18 @@ class Watch:
         self.tiles, self.alarms, self.path, self.ahead = Tiles(), Alarms(), PathDone(), ahead or Ahead("")
         self.history = deque(maxlen=round(HISTORY_S / LOOK_S))
         self.published = threading.Condition()
-        self.number = 0             # of the last look
+        self.number = 0  # of the last look
         self.text = b"{}"
-        self.pages = 0              # open ones (server.py)
+        self.pages = 0  # open ones (server.py)
         self.ended = False
         self.stock = None
         self.stock_error = ""
-        self.clamps = []            # in force: rows of stock/clamp_table.py
+        self.clamps = []  # in force: rows of stock/clamp_table.py
         self.run = None
-        self.was_running, self.program = False, ""         # at the look before
+        self.was_running, self.program = False, ""  # at the look before
         self.last = time.monotonic()
-        self._generation = self._shown = None       # of the map: at the last look, and of what tiles have
-        self._tip = self._kept = None       # at the look before: the tip, and how many points stock_tracker had kept
+        self._generation = self._shown = None  # of the map: at the last look, and of what tiles have
+        self._tip = self._kept = None  # at the look before: the tip, and how many points stock_tracker had kept
         self._map_due = self._alive_due = self._removed = self._run_time = 0.0
 
     def look(self):
@@ -114,20 +140,20 @@ class Watch:
             if not self.machine.runs():
                 self.end()
                 return False
-        kept = self.kept_points()           # before the pins: the tip is at the end of them
+        kept = self.kept_points()  # before the pins: the tip is at the end of them
         pins = self.machine.pins()
-        now = time.monotonic()              # of the pins: what was removed since the look before belongs to this time
+        now = time.monotonic()  # of the pins: what was removed since the look before belongs to this time
         dt, self.last = now - self.last, now
         task = self.machine.task()
         running = self.runs_on(task)
         if running and not self.was_running and self._shown == self._generation:
             self.tiles.mark()
-        elif running and not self.was_running:          # nobody has seen the stock before the program
+        elif running and not self.was_running:  # nobody has seen the stock before the program
             self.tiles.unmark()
         if self.was_running and not running:
-            self._map_due = now                         # the next program may begin soon
+            self._map_due = now  # the next program may begin soon
         self.look_at_map(now, self.pages or not running)
-        if pins["removed"] < self._removed:            # another stock, perhaps of the same box
+        if pins["removed"] < self._removed:  # another stock, perhaps of the same box
             self.tiles.unmark()
         self._removed = pins["removed"]
         self.ahead.look(dt, self.machine.scene() if task else None, running, pins, self.pages > 0)
@@ -138,7 +164,17 @@ class Watch:
         with self.published:
             self.alarms.step(pins, bool(task and task["inch"]), time.time(), not task or task["auto"])
             watts = power(pins) or {"predicted": 0.0, "measured": None}
-            self.history.append((round(now, 2), round(pins["mrr"], 1), round(pins["target"], 1), round(pins["override"], 3), loads(pins), watts["predicted"], watts["measured"]))
+            self.history.append(
+                (
+                    round(now, 2),
+                    round(pins["mrr"], 1),
+                    round(pins["target"], 1),
+                    round(pins["override"], 3),
+                    loads(pins),
+                    watts["predicted"],
+                    watts["measured"],
+                )
+            )
             self.text = json.dumps(self.state(pins, task), allow_nan=False).encode()
             self.number += 1
             self.published.notify_all()
@@ -163,7 +199,8 @@ class Watch:
             self.log.look(passed, pins, time.time())
 
     def kept_points(self):
-        """Where the tip has been since the look before, (n, 3) mm, as stock_tracker has kept it; None where it keeps nothing that can be read."""
+        """Where the tip has been since the look before, (n, 3) mm, as stock_tracker has kept it; None where it keeps
+        nothing that can be read."""
         done = self.stock and self.stock.path_done()
         if done is None:
             return None
@@ -182,16 +219,18 @@ class Watch:
         self._tip = tip
 
     def passed(self, dt, pins):
-        """s of the servo thread since the look before: a simulation that was late makes up for it, so what it has cut does not belong to dt, the
-        time by the clock.  A machine whose thread counts none has dt."""
+        """s of the servo thread since the look before: a simulation that was late makes up for it, so what it has cut
+        does not belong to dt, the time by the clock.  A machine whose thread counts none has dt."""
         before, self._run_time = self._run_time, shown(pins[RUN_SUMS[0]])
         if before == self._run_time == 0:
             return dt
-        return self._run_time - before if self._run_time >= before else max(0.0, self._run_time)      # another run has begun
+        return (
+            self._run_time - before if self._run_time >= before else max(0.0, self._run_time)
+        )  # another run has begun
 
     def look_at_map(self, now, wanted):
-        """Its generation, and if wanted and due, what has changed; a map that cannot be read is tried again.  Between programs it is wanted
-        without pages too: it is what was before the next program."""
+        """Its generation, and if wanted and due, what has changed; a map that cannot be read is tried again.  Between
+        programs it is wanted without pages too: it is what was before the next program."""
         if now < self._map_due and self.stock is None:
             return
         began = time.process_time()
@@ -217,17 +256,36 @@ class Watch:
         """What a page shows beside the stock; mm, mm/s, mm2, mm3/min."""
         mode, limit = int(pins["mode"]), int(pins["limited_by"])
         run = self.run
-        return {**{name: pins[name] for name in SHOWN_AS_READ}, "time": self.history[-1][0], "clock": round(time.time(), 3), "look": self.number + 1,
-                "stock": bool(pins["stock_defined"]), "assumed": is_assumed(pins["stock_defined"], pins["certain"]), "tool_assumed": bool(pins["tool_assumed"]),
-                "ready": bool(pins["ready"]), "mode": MODES[mode] if 0 <= mode < len(MODES) else MODES[0],
-                "limited_by": LIMITS[limit] if 0 <= limit < len(LIMITS) else LIMITS[0],
-                "task": {**task, "program": os.path.basename(task["program"])} if task else None,
-                "loads": loads(pins), "power": power(pins), "run": figures(run), "background": background(pins, task, self.alarms),
-                "guards": {"rapid": bool(pins["guard_rapid"]), "flute": bool(pins["guard_flute"])}, "alarms": self.alarms.entries, "stock_error": self.stock_error,
-                "clamps": self.clamps, "tools": self.log.tools.rows(), "log_error": self.log.error, "pages": self.pages, "path": [self.path.epoch, self.path.count], "ahead": self.ahead.state()}
+        return {
+            **{name: pins[name] for name in SHOWN_AS_READ},
+            "time": self.history[-1][0],
+            "clock": round(time.time(), 3),
+            "look": self.number + 1,
+            "stock": bool(pins["stock_defined"]),
+            "assumed": is_assumed(pins["stock_defined"], pins["certain"]),
+            "tool_assumed": bool(pins["tool_assumed"]),
+            "ready": bool(pins["ready"]),
+            "mode": MODES[mode] if 0 <= mode < len(MODES) else MODES[0],
+            "limited_by": LIMITS[limit] if 0 <= limit < len(LIMITS) else LIMITS[0],
+            "task": {**task, "program": os.path.basename(task["program"])} if task else None,
+            "loads": loads(pins),
+            "power": power(pins),
+            "run": figures(run),
+            "background": background(pins, task, self.alarms),
+            "guards": {"rapid": bool(pins["guard_rapid"]), "flute": bool(pins["guard_flute"])},
+            "alarms": self.alarms.entries,
+            "stock_error": self.stock_error,
+            "clamps": self.clamps,
+            "tools": self.log.tools.rows(),
+            "log_error": self.log.error,
+            "pages": self.pages,
+            "path": [self.path.epoch, self.path.count],
+            "ahead": self.ahead.state(),
+        }
 
     def wait(self, number, seconds):
-        """Wait for a look after `number`.  -> (its number, its text), the same number after so many seconds or at the end."""
+        """Wait for a look after `number`.  -> (its number, its text), the same number after so many seconds or at the
+        end."""
         with self.published:
             self.published.wait_for(lambda: self.number != number or self.ended, seconds)
             return self.number, self.text
@@ -237,10 +295,15 @@ class Watch:
         with self.published:
             points = list(self.path.points)
             missing = self.path.count - count if epoch == self.path.epoch else len(points)
-            return {"epoch": self.path.epoch, "count": self.path.count, "points": points[len(points) - min(missing, len(points)):]}
+            return {
+                "epoch": self.path.epoch,
+                "count": self.path.count,
+                "points": points[len(points) - min(missing, len(points)) :],
+            }
 
     def recent(self):
-        """The last HISTORY_S: rows of time (s), rate, target (mm3/min), override, loads(), predicted and measured power (W; None: not measured)."""
+        """The last HISTORY_S: rows of time (s), rate, target (mm3/min), override, loads(), predicted and measured power
+        (W; None: not measured)."""
         with self.published:
             return list(self.history)
 

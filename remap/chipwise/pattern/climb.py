@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Climb cuts stay climb cuts in a mirrored pattern: closed level chains are run backwards.  Pure; mm.
 
-Called by cycles/pattern.py with what the sub does, before the isometry.  A mirror turns the hand of a path over, the reversal turns
-it back; the places where the tool has been are the same, so what it leaves is the same.
+Called by cycles/pattern.py with what the sub does, before the isometry.  A mirror turns the hand of a path over, the
+reversal turns it back; the places where the tool has been are the same, so what it leaves is the same.
 
- 1. A chain is a run of cutting moves of the sub itself at one height.  Traverses, straight plunges, cuts that change Z, moves of a
-    cycle and codes end it.
- 2. It is reversed whole, lead-in and lead-out too, if it ends where it begins, within the setting CLOSE_GAP, and has one feed: it is
-    entered and left at the same place then, and its entry is as slow as it was.
+ 1. A chain is a run of cutting moves of the sub itself at one height.  Traverses, straight plunges, cuts that change Z,
+    moves of a cycle and codes end it.
+ 2. It is reversed whole, lead-in and lead-out too, if it ends where it begins, within the setting CLOSE_GAP, and has
+    one feed: it is entered and left at the same place then, and its entry is as slow as it was.
  3. Every other cut across is left as it is, and named: threads and cuts that turn an axis too.
 """
 
@@ -18,9 +18,15 @@ import numpy as np
 
 from chipwise.pattern.recorded import ARC, FEED, RAPID, THREAD, Code, Recorded, Step
 
-SAME_MM = 1e-6          # shorter is nothing: rounding of the interpreter in inches
-SAME_FEED = 1e-6        # relative
-OPEN, SLOPING, FEEDS, TURNS, SYNCHRONISED = "open", "changes Z", "two feeds", "turns an axis", "in step with the spindle"
+SAME_MM = 1e-6  # shorter is nothing: rounding of the interpreter in inches
+SAME_FEED = 1e-6  # relative
+OPEN, SLOPING, FEEDS, TURNS, SYNCHRONISED = (
+    "open",
+    "changes Z",
+    "two feeds",
+    "turns an axis",
+    "in step with the spindle",
+)
 _LEVEL, _SLOPE, _TURN, _SYNC, _END = range(5)
 
 

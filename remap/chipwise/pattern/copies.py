@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The moves of one sub at many places: those of the first are computed one by one (isometry.py), later ones as arrays of numbers.  Pure; mm.
+"""The moves of one sub at many places: those of the first are computed one by one (isometry.py), later ones as arrays
+of numbers.  Pure; mm.
 
-Called by cycles/pattern.py.  Two places have the same moves, with other numbers, if the isometry makes the same of the axes X, Y and Z: then arcs turn
-alike in the same planes, and rotary axes turn in the same sense.  Arcs that become chords are computed one by one everywhere.
+Called by cycles/pattern.py.  Two places have the same moves, with other numbers, if the isometry makes the same of the
+axes X, Y and Z: then arcs turn alike in the same planes, and rotary axes turn in the same sense.  Arcs that become
+chords are computed one by one everywhere.
 """
 
 import numpy as np
@@ -18,11 +20,12 @@ class Copier:
     def __init__(self, chord: float) -> None:
         self._chord = chord
         self._recorded: Recorded | None = None
-        self._places: dict = {}             # (axes, mirrors) of an isometry: moves at the first of its places
+        self._places: dict = {}  # (axes, mirrors) of an isometry: moves at the first of its places
         self._rows = np.zeros((0, 2), int)
 
     def moves(self, recorded: Recorded, points, start, isometry: Isometry) -> list:
-        """The moves of a sub under an isometry, or the Copy that they are; recorded, points, start: as in isometry.moved()."""
+        """The moves of a sub under an isometry, or the Copy that they are; recorded, points, start: as in
+        isometry.moved()."""
         if recorded is not self._recorded:
             self._recorded, self._places, self._rows = recorded, {}, _rows_of(recorded)
         key = isometry.axes, isometry.mirrors
@@ -36,7 +39,8 @@ class Copier:
 
 
 def _rows_of(recorded):
-    """Of each step: the rows of Recorded.points with its end and its centre (steps, 2); of a step without one any row."""
+    """Of each step: the rows of Recorded.points with its end and its centre (steps, 2); of a step without one any
+    row."""
     rows, at = np.zeros((len(recorded.steps), 2), int), 0
     for k, step in enumerate(recorded.steps):
         if isinstance(step, Step):

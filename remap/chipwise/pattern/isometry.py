@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Mirror, rotation and shift: of points, and of moves.  Pure; mm.
 
-Source: the patent abstract on registered patterns: a pattern has a coordinate system of its own (Xp-Yp); shift and rotation (SX, SY,
-SR) place it on the machine, and a mirror image is placed in the same way.
-A move under an isometry x -> R x + t: a line stays a line.  An arc about the axis n by the angle a turns about R n, by a if R
-is a rotation and by -a if it mirrors; it stays an arc if R n is one of the three axes, and becomes chords otherwise.  So a turn of the
-work by a about the axis n = A, B or C is one by det(R) s a if R n = s n, with s = 1 or -1, and none of that axis otherwise.
+Source: the patent abstract on registered patterns: a pattern has a coordinate system of its own (Xp-Yp); shift and
+rotation (SX, SY, SR) place it on the machine, and a mirror image is placed in the same way.
+A move under an isometry x -> R x + t: a line stays a line.  An arc about the axis n by the angle a turns about R n, by
+a if R is a rotation and by -a if it mirrors; it stays an arc if R n is one of the three axes, and becomes chords
+otherwise.  So a turn of the work by a about the axis n = A, B or C is one by det(R) s a if R n = s n, with s = 1 or -1,
+and none of that axis otherwise.
 """
 
 import math
@@ -19,7 +20,7 @@ from chipwise.geometry.base.arc_sweep import arc_sweep, chord_angle
 from chipwise.moves import Arc, Line, Move, PlaneArc, Rapid, Thread
 from chipwise.pattern.recorded import ARC, FEED, PLANE_OF_AXIS, RAPID, THREAD, Code, Recorded
 
-EXACT = 1e-12           # of a direction: rounding of a rotation by whole quarters
+EXACT = 1e-12  # of a direction: rounding of a rotation by whole quarters
 
 
 @dataclass(frozen=True)
@@ -53,8 +54,11 @@ class Isometry:
 
     @cached_property
     def senses(self) -> tuple:
-        """Of the axes A, B and C: 1 if a turn keeps its sense, -1 if it changes it, 0 if it becomes one about another axis."""
-        return tuple(axis[1] * (-1 if self.mirrors else 1) if axis and axis[0] == k else 0 for k, axis in enumerate(self.axes))
+        """Of the axes A, B and C: 1 if a turn keeps its sense, -1 if it changes it, 0 if it becomes one about another
+        axis."""
+        return tuple(
+            axis[1] * (-1 if self.mirrors else 1) if axis and axis[0] == k else 0 for k, axis in enumerate(self.axes)
+        )
 
     @cached_property
     def axes(self) -> tuple:
@@ -73,7 +77,7 @@ IDENTITY = Isometry(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), (0.0, 0
 def placed(mirror: int, degrees: float, shift: tuple) -> Isometry:
     """Mirror first (1: X changes its sign, 2: Y, 3: both), then rotate about Z, then shift."""
     quarter, rest = divmod(degrees, 90.0)
-    if rest == 0.0:             # exact, so that arcs of G18 and G19 stay arcs
+    if rest == 0.0:  # exact, so that arcs of G18 and G19 stay arcs
         c, s = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[int(quarter) % 4]
     else:
         c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
@@ -83,14 +87,17 @@ def placed(mirror: int, degrees: float, shift: tuple) -> Isometry:
 
 def placed_in_zx(mirror: int, shift: tuple) -> Isometry:
     """On a lathe: mirror (1: X changes its sign, 2: Z, 3: both), then shift."""
-    return Isometry((((-1.0 if mirror & 1 else 1.0), 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, (-1.0 if mirror & 2 else 1.0))), tuple(map(float, shift)))
+    return Isometry(
+        (((-1.0 if mirror & 1 else 1.0), 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, (-1.0 if mirror & 2 else 1.0))),
+        tuple(map(float, shift)),
+    )
 
 
 def moved(recorded: Recorded, points, start, isometry: Isometry, chord: float) -> list:
     """The moves (moves.py) of a sub under an isometry.
 
-    points: of Recorded.points, or what takes their place (k, 3); start: (x, y, z) before them; chord: largest distance (mm) of
-    chords from an arc that cannot stay one.
+    points: of Recorded.points, or what takes their place (k, 3); start: (x, y, z) before them; chord: largest distance
+    (mm) of chords from an arc that cannot stay one.
     """
     images: list[tuple] = list(map(tuple, isometry.points(points).tolist()))
     senses, abc = isometry.senses, turned(isometry.senses, recorded.abc)
@@ -115,7 +122,10 @@ def moved(recorded: Recorded, points, start, isometry: Isometry, chord: float) -
         else:
             chords = isometry.points(arc_points(here, points[at], points[at + 1], step.axis, step.turns, chord))
             angles = [None] * len(chords) if abc is None else np.linspace(before, abc, len(chords) + 1)[1:].tolist()
-            found += [Line(x, y, z, step.feed, step.line, turns and tuple(turns)) for (x, y, z), turns in zip((*chords[:-1].tolist(), images[at]), angles)]
+            found += [
+                Line(x, y, z, step.feed, step.line, turns and tuple(turns))
+                for (x, y, z), turns in zip((*chords[:-1].tolist(), images[at]), angles)
+            ]
         here = points[at]
         at += 2 if step.kind == ARC else 1
     return found
@@ -151,7 +161,8 @@ def arc_points(start, end, centre, axis: int, turns: int, chord: float):
 
 
 def arc_extremes(start, end, centre, axis: int, turns: int, directions):
-    """The points of an arc where the coordinate along one of some directions (m, 3) is largest or smallest, and its end: (n, 3)."""
+    """The points of an arc where the coordinate along one of some directions (m, 3) is largest or smallest, and its
+    end: (n, 3)."""
     turn = first, sweep, _radii = _turn(start, end, centre, axis, turns)
     a, b = (axis + 1) % 3, (axis + 2) % 3
     tops = np.array([math.atan2(direction[b], direction[a]) for direction in np.asarray(directions)])

@@ -6,7 +6,7 @@ from typing import Optional
 
 from chipwise.contour_sub.job import Job
 
-DEPTH = "CHIPWISE_PATTERN_DEPTH"        # environment: how many patterns a process is in
+DEPTH = "CHIPWISE_PATTERN_DEPTH"  # environment: how many patterns a process is in
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A library of patterns: folders with a file for each sub, whose first comment names and describes it.
 
-Called by cli/patterns.py.  Source: the patent abstract on registered patterns: patterns are kept in a memory and called by number.
-A file is N.ngc with sub O N; the first comment is "name: description".  Each sub is run as G75 runs it, so a pattern that is listed
-is one that G75 accepts, with this tool.
+Called by cli/patterns.py.  Source: the patent abstract on registered patterns: patterns are kept in a memory and called
+by number.  A file is N.ngc with sub O N; the first comment is "name: description".  Each sub is run as G75 runs it, so
+a pattern that is listed is one that G75 accepts, with this tool.
 """
 
 import os
@@ -22,14 +22,16 @@ from chipwise.pattern.job import PatternJob
 from chipwise.pattern.recorded import ARC, RAPID, Recorded
 from chipwise.pattern.run import read_pattern
 
-MAX_BYTES = 1 << 24     # of a file in a library
-MAX_FILES = 2000        # in a folder: each of them is run
+MAX_BYTES = 1 << 24  # of a file in a library
+MAX_FILES = 2000  # in a folder: each of them is run
 SUFFIX = ".ngc"
-START_Z = 10.0          # mm, of the tool before the sub
-CHORD = 0.005           # mm, of arcs in the picture
+START_Z = 10.0  # mm, of the tool before the sub
+CHORD = 0.005  # mm, of arcs in the picture
 
 _COMMENT = re.compile(r"\(([^()]*)\)|;(.*)")
-_ACTIVE = re.compile(r"\s*(msg|debug|print|py|log\w*|abort|probeopen|probeclose|workpiece|surface)\s*(,|$)", re.IGNORECASE)
+_ACTIVE = re.compile(
+    r"\s*(msg|debug|print|py|log\w*|abort|probeopen|probeclose|workpiece|surface)\s*(,|$)", re.IGNORECASE
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +54,11 @@ class Entry:
         """[(is a traverse, points (n, 3))] of the path from the end of the first move on, mm."""
         found, here = [], np.array(self.recorded.moves[0].end)
         for step in self.recorded.moves[1:]:
-            points = arc_points(here, step.end, step.centre, step.axis, step.turns, CHORD) if step.kind == ARC else np.array([step.end])
+            points = (
+                arc_points(here, step.end, step.centre, step.axis, step.turns, CHORD)
+                if step.kind == ARC
+                else np.array([step.end])
+            )
             if not found or found[-1][0] != (step.kind == RAPID):
                 found.append((step.kind == RAPID, [here[None]]))
             found[-1][1].append(points)
@@ -95,7 +101,11 @@ def read_entry(path, ini, unit_mm, tool_mm, parameters=((), ())):
     except OSError as error:
         return Skipped(path, error.strerror or str(error))
     name, _colon, rest = (part.strip() for part in said.partition(":"))
-    return Entry(number, name, rest, path, recorded) if name else Skipped(path, "its first comment has no name before the colon")
+    return (
+        Entry(number, name, rest, path, recorded)
+        if name
+        else Skipped(path, "its first comment has no name before the colon")
+    )
 
 
 def found_by_g75(number, ini_folder, ini):
@@ -125,5 +135,17 @@ def _number(name):
 def _job(path, number, ini, unit_mm, tool_mm, text, parameters):
     """The sub as G75 would run it from Z10 above its origin."""
     numbered, named = parameters
-    return PatternJob(Job(program=path, sub=number, ini=ini, unit=find_sub.program_unit(text, unit_mm), machine_unit=unit_mm, position=(0.0, 0.0, START_Z),
-                          tool=(1, tool_mm / unit_mm), numbered=numbered, named=named), spindle=(3, 1000.0))
+    return PatternJob(
+        Job(
+            program=path,
+            sub=number,
+            ini=ini,
+            unit=find_sub.program_unit(text, unit_mm),
+            machine_unit=unit_mm,
+            position=(0.0, 0.0, START_Z),
+            tool=(1, tool_mm / unit_mm),
+            numbered=numbered,
+            named=named,
+        ),
+        spindle=(3, 1000.0),
+    )

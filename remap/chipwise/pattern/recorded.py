@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What a sub does when it runs: straight moves, arcs, threads, and codes between them.  mm, mm/min, degrees, work coordinates.
+"""What a sub does when it runs: straight moves, arcs, threads, and codes between them.  mm, mm/min, degrees, work
+coordinates.
 
 Made by run.py from what runner.py prints; transformed by isometry.py.
 """
@@ -11,8 +12,8 @@ from typing import Optional
 import numpy as np
 
 RAPID, FEED, ARC, THREAD = "rapid", "feed", "arc", "thread"
-AXIS_OF_PLANE = {"G17": 2, "G18": 1, "G19": 0}      # the axis an arc of that plane turns about
-SAME_DEGREES = 1e-9                                  # rounding of the interpreter
+AXIS_OF_PLANE = {"G17": 2, "G18": 1, "G19": 0}  # the axis an arc of that plane turns about
+SAME_DEGREES = 1e-9  # rounding of the interpreter
 PLANE_OF_AXIS = {axis: plane for plane, axis in AXIS_OF_PLANE.items()}
 
 
@@ -56,8 +57,8 @@ class Code:
 
 @dataclass(frozen=True)
 class Recorded:
-    """steps: of Step and Code, in order; messages: what the sub has for the operator; start: (x, y, z) of the run; abc: (A, B, C) of its
-    start; path: whether it sets the path mode (G61, G64)."""
+    """steps: of Step and Code, in order; messages: what the sub has for the operator; start: (x, y, z) of the run; abc:
+    (A, B, C) of its start; path: whether it sets the path mode (G61, G64)."""
 
     steps: tuple
     messages: tuple
@@ -88,7 +89,14 @@ class Recorded:
     def own_cut(self):
         """Line of the first cut across that no cycle makes, 0 without one."""
         before = [self.start, *(step.end for step in self.moves)]
-        return next((step.own for step, was in zip(self.moves, before) if step.own and (step.kind == ARC or step.end[:2] != was[:2])), 0)
+        return next(
+            (
+                step.own
+                for step, was in zip(self.moves, before)
+                if step.own and (step.kind == ARC or step.end[:2] != was[:2])
+            ),
+            0,
+        )
 
     @cached_property
     def turns(self):

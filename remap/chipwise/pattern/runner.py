@@ -3,21 +3,23 @@
 
     /usr/bin/python3 -s runner.py PARENT_PID  < JSON of the job  > JSON of the result
 
-Started by run.py, one process per run.  The remaps of the INI file run here as in the preview; cycles in a mirrored pattern
-plan the other hand (pattern/mirroring.py), so that the mirrored cut is climb milling again.
+Started by run.py, one process per run.  The remaps of the INI file run here as in the preview; cycles in a mirrored
+pattern plan the other hand (pattern/mirroring.py), so that the mirrored cut is climb milling again.
 
-Job:     program, parameters, table (paths), random (tool changer), units_per_mm, tool (number, diameter in machine units, orientation),
-         codes (run first), begin, end (comments around the call), max_moves, cpu_s, mirrored, axis_mask, per_rev, stock_top (mm or null),
-         unit_mm (mm of the caller's unit), own_code (program/canon.py)
-Result:  rows: [kind, line, own, feed, x, y, z, a, b, c (, plane, cx, cy, cz, turns)] in mm, mm/min (set_feed_rate()) and degrees, kind "rapid", "feed",
-         "arc" or, with the pitch in place of the feed, "thread", own: the line of a cut that no cycle makes, else 0; ["code", line, text];
-         ["path", line, code, p, q]: a path mode, code 0: the caller's; messages; stop: null or [line, text, remedy]; error: null or [line, text] of the interpreter; ended: bool; line: the last
+Job:     program, parameters, table (paths), random (tool changer), units_per_mm, tool (number, diameter in machine
+         units, orientation), codes (run first), begin, end (comments around the call), max_moves, cpu_s, mirrored,
+         axis_mask, per_rev, stock_top (mm or null), unit_mm (mm of the caller's unit), own_code (program/canon.py)
+Result:  rows: [kind, line, own, feed, x, y, z, a, b, c (, plane, cx, cy, cz, turns)] in mm, mm/min (set_feed_rate())
+         and degrees, kind "rapid", "feed", "arc" or, with the pitch in place of the feed, "thread", own: the line of a
+         cut that no cycle makes, else 0; ["code", line, text];
+         ["path", line, code, p, q]: a path mode, code 0: the caller's; messages; stop: null or [line, text, remedy];
+         error: null or [line, text] of the interpreter; ended: bool; line: the last
 
-The interpreter calls Python for moves, comments and dwells, and with each of these once for a new line, with the modes before it.
-Spindle and coolant have no call: a change of them is seen at the next line, and comes before the moves of the line that has
-made it (LinuxCNC executes M3 and M8 before the motion of their line).  Every line has a comment (run.py), so none is missed.
-Path modes and threads have no call either, and their numbers are in no mode: they are read from the interpreter's block, a path mode
-at the comment of its line, which comes first.
+The interpreter calls Python for moves, comments and dwells, and with each of these once for a new line, with the modes
+before it.  Spindle and coolant have no call: a change of them is seen at the next line, and comes before the moves of
+the line that has made it (LinuxCNC executes M3 and M8 before the motion of their line).  Every line has a comment
+(run.py), so none is missed.  Path modes and threads have no call either, and their numbers are in no mode: they are
+read from the interpreter's block, a path mode at the comment of its line, which comes first.
 Read in LinuxCNC 2.9: gcodemodule.cc, rs274ngc_pre.cc, interp_convert.cc.
 """
 
@@ -29,22 +31,22 @@ import sys
 # modules are imported from the package, not from this file's folder
 sys.path[0] = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
-import gcode                                                    # noqa: E402
+import gcode  # noqa: E402
 
-from chipwise.program import canon as interpreter_process, preview               # noqa: E402
-from chipwise.program.canon import ARC_AXES, INCH, PLANES, Stop, fails_alike, mm, tool_entry       # noqa: E402
-from chipwise.errors import CycleError                          # noqa: E402
-from chipwise.program import known_stock                           # noqa: E402
-from chipwise.pattern import mirroring                               # noqa: E402
-from chipwise.pattern.check import check_code                   # noqa: E402
-from chipwise.program.program_code import PYTHON_REMEDY             # noqa: E402
-from chipwise.host.processes import die_with_parent                  # noqa: E402
+from chipwise.program import canon as interpreter_process, preview  # noqa: E402
+from chipwise.program.canon import ARC_AXES, INCH, PLANES, Stop, fails_alike, mm, tool_entry  # noqa: E402
+from chipwise.errors import CycleError  # noqa: E402
+from chipwise.program import known_stock  # noqa: E402
+from chipwise.pattern import mirroring  # noqa: E402
+from chipwise.pattern.check import check_code  # noqa: E402
+from chipwise.program.program_code import PYTHON_REMEDY  # noqa: E402
+from chipwise.host.processes import die_with_parent  # noqa: E402
 
 COOLANT = {"mist": "M7", "flood": "M8"}
 MAX_MESSAGES = 20
 PATH_CODES = {610: 61, 611: 61.1, 640: 64}
 G33, G76 = 330, 760
-_UNITS, _CONTROL_MODE = 6, 13       # interp_internal.hh: GM_LENGTH_UNITS, GM_CONTROL_MODE
+_UNITS, _CONTROL_MODE = 6, 13  # interp_internal.hh: GM_LENGTH_UNITS, GM_CONTROL_MODE
 
 
 class Canon(interpreter_process.Canon):
@@ -58,10 +60,14 @@ class Canon(interpreter_process.Canon):
         self.line = self.seen = self.reported = self.first_of_line = 0
         self.feed, self.turning, self.plane, self.at, self.abc = 0.0, 0.0, 1, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         self.machine_state = None
-        self.called = 0             # line of the comment before the call
+        self.called = 0  # line of the comment before the call
 
     def refuse(self, text, remedy):
-        self.stop = self.stop or [self.line or self.seen + 1, text, remedy]       # a line with F, which is remapped, has no number
+        self.stop = self.stop or [
+            self.line or self.seen + 1,
+            text,
+            remedy,
+        ]  # a line with F, which is remapped, has no number
         raise Stop(text)
 
     def refuse_python(self, text):
@@ -74,7 +80,7 @@ class Canon(interpreter_process.Canon):
         now = state.spindle, state.speed, state.mist == 7, state.flood == 8
         if self.inside and now != self.machine_state:
             codes = [["code", self.line, text] for text in _changes(self.machine_state, now)]
-            self.rows[self.first_of_line:self.first_of_line] = codes
+            self.rows[self.first_of_line : self.first_of_line] = codes
         self.machine_state = now
         self.line, self.first_of_line = state.sequence_number, len(self.rows)
         self.seen = self.line or self.seen
@@ -96,7 +102,9 @@ class Canon(interpreter_process.Canon):
         if block is None:
             return
         modes = list(block.g_modes)
-        for letter, code in [("g", mode / 10) for mode in modes if mode >= 0] + [("m", mode) for mode in block.m_modes if mode >= 0]:
+        for letter, code in [("g", mode / 10) for mode in modes if mode >= 0] + [
+            ("m", mode) for mode in block.m_modes if mode >= 0
+        ]:
             try:
                 check_code(letter, code, self.job["per_rev"])
             except CycleError as error:
@@ -153,15 +161,25 @@ class Canon(interpreter_process.Canon):
     def arc_feed(self, first, second, centre_first, centre_second, turns, along, *rest):
         order = ARC_AXES[self.plane]
         end, centre = (first, second, along), (centre_first, centre_second, self.at[order.index(2)])
-        self._put("arc", self.feed, *(end[k] for k in order), rest, PLANES[self.plane], *mm(*(centre[k] for k in order)), turns)
+        self._put(
+            "arc",
+            self.feed,
+            *(end[k] for k in order),
+            rest,
+            PLANES[self.plane],
+            *mm(*(centre[k] for k in order)),
+            turns,
+        )
 
     def set_plane(self, plane):
         self.plane = plane if plane in PLANES else 1
 
     def set_feed_rate(self, rate):
-        """inch/min.  G93 comes as the rate of each move; a move under an isometry is as long as before, so it takes as long.
+        """inch/min.  G93 comes as the rate of each move; a move under an isometry is as long as before, so it takes as
+        long.
 
-        F of a move that only turns is degrees/min in both units: the number that the caller's unit makes of it has to be the same one."""
+        F of a move that only turns is degrees/min in both units: the number that the caller's unit makes of it has to
+        be the same one."""
         self.feed = rate
         self.turning = rate / _unit_mm() * self.job["unit_mm"]
 
@@ -213,6 +231,7 @@ def _imported():
     """LinuxCNC's module, which there is from the beginning of a program on."""
     try:
         import interpreter
+
         return interpreter
     except ImportError:
         return None
@@ -227,6 +246,7 @@ def _block():
 def _unit_mm():
     """mm of the program's unit; that of a program in mm without an interpreter of Python's."""
     import emccanon
+
     interp = _interpreter()
     return INCH if interp and interp.length_units == emccanon.CANON_UNITS.CANON_UNITS_INCHES else 1.0
 
@@ -248,14 +268,15 @@ _OWN_LINE = re.compile(r" \(line (\d+)(?: of [^()]*)?\)$")
 
 
 def located(canon, text):
-    """[line, text] of an error.  Our own messages end with their line.  LinuxCNC's: a line that cannot be executed has been reported by
-    its comment; one that cannot be read has not, and is the next one if it gives the same error alone; 0: the first of the sub."""
+    """[line, text] of an error.  Our own messages end with their line.  LinuxCNC's: a line that cannot be executed has
+    been reported by its comment; one that cannot be read has not, and is the next one if it gives the same error alone;
+    0: the first of the sub."""
     own = _OWN_LINE.search(text)
     if own:
-        return [int(own[1]), text[:own.start()]]
+        return [int(own[1]), text[: own.start()]]
     with open(canon.job["program"], encoding="utf-8", errors="surrogateescape") as program:
         lines = program.read().split("\n")
-    if canon.reported == canon.called:          # in the first line of the sub
+    if canon.reported == canon.called:  # in the first line of the sub
         return [0, text]
     following = next((k for k in range(canon.reported, len(lines)) if lines[k].strip()), None)
     same = following is not None and fails_alike(Canon(canon.job, canon.tools), lines[following], text)
@@ -279,8 +300,17 @@ def main():
     except (RuntimeError, Stop):
         if canon.stop is None:
             raise
-    json.dump({"rows": canon.rows, "messages": canon.messages, "stop": canon.stop, "error": error, "ended": canon.ended,
-               "line": canon.line}, output)
+    json.dump(
+        {
+            "rows": canon.rows,
+            "messages": canon.messages,
+            "stop": canon.stop,
+            "error": error,
+            "ended": canon.ended,
+            "line": canon.line,
+        },
+        output,
+    )
     output.close()
 
 

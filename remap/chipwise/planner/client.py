@@ -13,8 +13,8 @@ Rules:
  2. LinuxCNC does not tell a remap that its program was aborted.  So computing time is lent: LEASE_S at first, more each
     time somebody asks for the plan.  A plan nobody asks for any more ends after that; one asked for later begins again.
  3. The next order ends a plan that is still under way.  The kernel ends the process with its parent.
- 4. An answer is received in parts, for as long as the caller has patience, and its chunks are taken apart one by one (Packed of order.py):
-    a plan of 500,000 moves has 25 MB.
+ 4. An answer is received in parts, for as long as the caller has patience, and its chunks are taken apart one by one
+    (Packed of order.py):  a plan of 500,000 moves has 25 MB.
  5. A process that ended in any other way than by rules 1 and 2 is tried a second time, with a new one.
 """
 
@@ -33,13 +33,13 @@ from chipwise.host.clock import patience
 from chipwise.errors import CycleError
 from chipwise.host.processes import cpu_s
 
-PYTHON = "/usr/bin/python3"     # the interpreter LinuxCNC is built for
+PYTHON = "/usr/bin/python3"  # the interpreter LinuxCNC is built for
 RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "server.py")
 
-LEASE_S = 2             # computing time without a question; RLIMIT_CPU counts whole seconds
-STUCK_S = 60.0          # a process that computes nothing for so long waits for something that never comes
+LEASE_S = 2  # computing time without a question; RLIMIT_CPU counts whole seconds
+STUCK_S = 60.0  # a process that computes nothing for so long waits for something that never comes
 TRIES = 2
-HEAD = struct.Struct("!Q")      # before each message: its length
+HEAD = struct.Struct("!Q")  # before each message: its length
 _PART = 1 << 20
 
 
@@ -50,8 +50,9 @@ class _Process:
         environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "LC_ALL": "C"}
         self._socket, other = socket.socketpair()
         with other:
-            self._child = subprocess.Popen([PYTHON, "-s", RUNNER, str(os.getpid())], env=environment, stdin=other.fileno(),
-                                           stdout=other.fileno())
+            self._child = subprocess.Popen(
+                [PYTHON, "-s", RUNNER, str(os.getpid())], env=environment, stdin=other.fileno(), stdout=other.fileno()
+            )
         self._socket.setblocking(False)
         self.pid = self._child.pid
         self._unsent, self._received, self._count = b"", [], 0
@@ -61,8 +62,8 @@ class _Process:
         self._unsent = memoryview(HEAD.pack(len(message)) + message)
 
     def exchange(self, timeout):
-        """Send and receive for so long (s) at most, one part at least.  -> the reply, None while it is not there as a whole.  Raises
-        EOFError at its end."""
+        """Send and receive for so long (s) at most, one part at least.  -> the reply, None while it is not there as a
+        whole.  Raises EOFError at its end."""
         end = time.monotonic() + timeout
         poll = select.poll()
         if self._socket.fileno() < 0:
@@ -72,7 +73,7 @@ class _Process:
             ready = dict(poll.poll(max(0.0, end - time.monotonic()) * 1000.0)).get(self._socket.fileno(), 0)
             try:
                 if ready & select.POLLOUT:
-                    self._unsent = self._unsent[self._socket.send(self._unsent[:_PART], socket.MSG_NOSIGNAL):]
+                    self._unsent = self._unsent[self._socket.send(self._unsent[:_PART], socket.MSG_NOSIGNAL) :]
                 if ready & ~select.POLLOUT:
                     reply = self._read()
                     if reply is not None:
@@ -95,7 +96,7 @@ class _Process:
         if self._count < HEAD.size or self._count < HEAD.size + HEAD.unpack_from(self._received[0])[0]:
             return None
         message, self._received, self._count = b"".join(self._received), [], 0
-        return memoryview(message)[HEAD.size:]
+        return memoryview(message)[HEAD.size :]
 
     def lend(self, until_s):
         """Let it compute until it has had so much in all (s, rounded up); then the kernel ends it."""
@@ -123,8 +124,8 @@ class _Process:
         return self._child.poll() is None
 
 
-_current = None     # the _Process
-_busy = None        # the Plan it works on
+_current = None  # the _Process
+_busy = None  # the Plan it works on
 
 
 def start():
@@ -182,7 +183,7 @@ class Plan:
 
     def ready(self, timeout):
         """Whether there is an outcome, after waiting for it so long (s) at most."""
-        self._exchange(0.0)         # an answer that is there counts, however late it is fetched
+        self._exchange(0.0)  # an answer that is there counts, however late it is fetched
         if self._outcome is None:
             now = cpu_s(self._process.pid)
             if now < math.inf:
@@ -196,8 +197,11 @@ class Plan:
         if now != self._seen[0]:
             self._seen = now, time.monotonic()
         elif time.monotonic() - self._seen[1] > patience(STUCK_S):
-            self._done(CycleError("planning waits for a file that does not answer",
-                                  "look at the contour subs on the SUBROUTINE_PATH"))
+            self._done(
+                CycleError(
+                    "planning waits for a file that does not answer", "look at the contour subs on the SUBROUTINE_PATH"
+                )
+            )
             end()
 
     def _exchange(self, timeout):
@@ -214,8 +218,12 @@ class Plan:
     def _ended(self, status):
         """The process has ended without an answer."""
         if status == -signal.SIGXCPU and self._lent >= self.budget_s:
-            self._done(CycleError(f"planning takes more than {self.budget_s:g} s of computing time", "use a larger step, "
-                                  "fewer passes or a simpler contour, or raise [CHIPWISE]PLAN_TIME"))
+            self._done(
+                CycleError(
+                    f"planning takes more than {self.budget_s:g} s of computing time",
+                    "use a larger step, fewer passes or a simpler contour, or raise [CHIPWISE]PLAN_TIME",
+                )
+            )
             return
         if status != -signal.SIGXCPU:
             self._tries += 1
@@ -223,8 +231,13 @@ class Plan:
             self._begin()
             return
         how = f"was ended by signal {-status}" if status < 0 else f"ended with status {status}"
-        self._done(CycleError(f"the planning process {how}", "try again; if it happens again, raise "
-                              "[CHIPWISE]PLAN_MEMORY or use a simpler contour, and report the program"))
+        self._done(
+            CycleError(
+                f"the planning process {how}",
+                "try again; if it happens again, raise "
+                "[CHIPWISE]PLAN_MEMORY or use a simpler contour, and report the program",
+            )
+        )
 
     def _done(self, outcome):
         global _busy

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """From an Order to its Outcome: the part of a cycle's work that takes time.  Pure; mm.
 
-Called by planner/server.py, a process apart from the interpreter: all that a plan may depend on is in the Order, but for the map of the stock tracker,
-of which the Order says where it is (order.MapPlace).
+Called by planner/server.py, a process apart from the interpreter: all that a plan may depend on is in the Order, but
+for the map of the stock tracker, of which the Order says where it is (order.MapPlace).
 """
 
 from dataclasses import replace
@@ -22,8 +22,8 @@ from chipwise.planner import program_clamps, standing_stock
 from chipwise.turning import g26_plan as outcome
 from chipwise.turning import reach
 
-_DECIMALS = {"pattern": 9}       # what a sub has computed goes on exactly
-TARGET_SAG_MM = 0.01            # of the chords of a contour that is shown
+_DECIMALS = {"pattern": 9}  # what a sub has computed goes on exactly
+TARGET_SAG_MM = 0.01  # of the chords of a contour that is shown
 _CACHING = (hole, contour, contour_chop, pocket, surface, find_sub, read, reach, program_clamps)
 
 
@@ -43,18 +43,31 @@ def make(order: Order) -> Outcome:
     obstacles, notes = program_clamps.in_force(order.clamps) if order.clamps else (None, [])
     if obstacles:
         keep = order.cycle == "pattern"
-        plan = replace(plan, moves=obstacles.clear(plan.moves, order.start, order.unit, None if keep else order.fields.get("clearance"), keep))
-    messages = tuple(CycleError(text, code=order.code, **lengths).text(order.unit) for text, lengths in (*notes, *plan.notes))
+        plan = replace(
+            plan,
+            moves=obstacles.clear(
+                plan.moves, order.start, order.unit, None if keep else order.fields.get("clearance"), keep
+            ),
+        )
+    messages = tuple(
+        CycleError(text, code=order.code, **lengths).text(order.unit) for text, lengths in (*notes, *plan.notes)
+    )
     report = plan.report() if order.report and plan.report else None
-    return Outcome(chunks(plan.moves, order.start, order.unit_mm, _DECIMALS.get(order.cycle, DECIMALS), order.axes), messages, report,
-                   targets=_targets(order) if order.targets and order.cycle in ("contour", "pocket") else ())
+    return Outcome(
+        chunks(plan.moves, order.start, order.unit_mm, _DECIMALS.get(order.cycle, DECIMALS), order.axes),
+        messages,
+        report,
+        targets=_targets(order) if order.targets and order.cycle in ("contour", "pocket") else (),
+    )
 
 
 def packed(outcome: Outcome) -> Outcome:
     """An Outcome for another process: its chunks are Packed, and a turned part's blocks have their lines there only."""
     turning = outcome.turning
     if turning is not None:
-        runs = tuple(run._replace(block=run.block._replace(lines=()), chunks=Packed(run.chunks)) for run in turning.blocks)
+        runs = tuple(
+            run._replace(block=run.block._replace(lines=()), chunks=Packed(run.chunks)) for run in turning.blocks
+        )
         turning = turning._replace(blocks=runs)
     return replace(outcome, chunks=Packed(outcome.chunks), turning=turning)
 
@@ -62,7 +75,10 @@ def packed(outcome: Outcome) -> Outcome:
 def _targets(order: Order) -> tuple:
     """The loops of the sub as points, at the depth of the cycle; the plan has read them before."""
     bottom = order.fields["bottom"]
-    return tuple(tuple((x, y, bottom) for x, y in flat(contour.elements, TARGET_SAG_MM).tolist()) for contour in read.contours(read.read_shape(order.job)))
+    return tuple(
+        tuple((x, y, bottom) for x, y in flat(contour.elements, TARGET_SAG_MM).tolist())
+        for contour in read.contours(read.read_shape(order.job))
+    )
 
 
 def _hole(order: Order) -> CyclePlan:
@@ -96,7 +112,10 @@ def _pattern(order: Order) -> CyclePlan:
     job = order.job
 
     def read_from(start: tuple, abc: tuple, mirrored: bool) -> Recorded:
-        return pattern_run.read_pattern(replace(job, mirrored=mirrored != job.mirrored, abc=abc, sub=replace(job.sub, position=start)))
+        return pattern_run.read_pattern(
+            replace(job, mirrored=mirrored != job.mirrored, abc=abc, sub=replace(job.sub, position=start))
+        )
+
     return pattern.pattern_plan(pattern.PatternRequest(**order.fields), read_from)
 
 

@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The clamps that a cycle keeps clear of: those of M256, of the CLAMP comments of the program, and of the set-up that is confirmed for it.
+"""The clamps that a cycle keeps clear of: those of M256, of the CLAMP comments of the program, and of the set-up that
+is confirmed for it.
 
 Called by plans.py.  mm, work coordinates.
 
- 1. They follow from the text of the program, its job file, the work offsets and the M256 that was executed: so a preview and the machine have the same ones.
- 2. Comments count for the whole program, also for cycles in front of them, as before the realtime guard (monitor/comment_clamps.py).
+ 1. They follow from the text of the program, its job file, the work offsets and the M256 that was executed: so a
+    preview and the machine have the same ones.
+ 2. Comments count for the whole program, also for cycles in front of them, as before the realtime guard
+    (monitor/comment_clamps.py).
  3. M256 of the program takes the place of its set-up's clamps and of the comments in front of it.
- 4. Where the text does not say in which coordinates they are (program/clamp_places.py), the cycle knows nothing of them, and a note says why.
+ 4. Where the text does not say in which coordinates they are (program/clamp_places.py), the cycle knows nothing of
+    them, and a note says why.
 """
 
 import math
@@ -28,11 +32,12 @@ from chipwise.program.records import Frame
 from chipwise.setup import job as jobs
 from chipwise.tool_data.geometry import ToolGeometry, tool_geometry
 
-_told = set()               # notes that have been said: (path, identity, line)
+_told = set()  # notes that have been said: (path, identity, line)
 
 
 def in_force(asked):
-    """(Obstacles or None, notes) of a ClampsAsked.  Raises CycleError for a set-up that is not there, and for a comment that is wrong."""
+    """(Obstacles or None, notes) of a ClampsAsked.  Raises CycleError for a set-up that is not there, and for a comment
+    that is wrong."""
     clamps = list(set_ups.clamps_of(asked.file, asked.set_up) if asked.set_up else ())
     notes: list = []
     if asked.program:
@@ -49,7 +54,9 @@ def in_force(asked):
 def _add_of_program(asked, clamps, notes):
     """Those of the set-up, and of the comments."""
     path = jobs.path_of(asked.program, asked.jobs)
-    job = None if asked.since else _job(asked.program, identity(asked.program), path, identity(path, follow_links=False))
+    job = (
+        None if asked.since else _job(asked.program, identity(asked.program), path, identity(path, follow_links=False))
+    )
     if job and job.set_up:
         clamps += set_ups.clamps_of(asked.file, job.set_up)
     of_job = list(job.clamps.values()) if job else []
@@ -83,8 +90,17 @@ def _note(path, place, why, notes):
     key = path, identity(path), place.line
     if key not in _told:
         _told.add(key)
-        whose, why = f"the clamp of line {place.line} is" if place.line else "the clamps of the program's set-up are", braceless(why)
-        notes.append(Note(f"{whose} not known to the cycles: {why}; say units and coordinates in front of it and keep them; the machine stops before it comes too near", {}))
+        whose, why = (
+            f"the clamp of line {place.line} is" if place.line else "the clamps of the program's set-up are",
+            braceless(why),
+        )
+        notes.append(
+            Note(
+                f"{whose} not known to the cycles: {why}; say units and coordinates in front of it and keep them; the "
+                f"machine stops before it comes too near",
+                {},
+            )
+        )
 
 
 @lru_cache(maxsize=4)

@@ -4,6 +4,7 @@
 The machine is at rest meanwhile (glue/pocket.py waits for that), so the map is of one moment.  Where it cannot be
 read, the cycle starts from solid stock, as in the preview.
 """
+
 from __future__ import annotations
 
 import math
@@ -37,7 +38,9 @@ def standing(place: MapPlace, loops: tuple, radius: float) -> Optional[Standing]
 def of_cells(head, cells, place: MapPlace) -> Standing:
     """The Standing of a store.Head and its cells, ring included."""
     tops = np.ascontiguousarray(cells["top"][1:-1, 1:-1], np.float32)
-    return Standing(tuple(head.low[:2]), head.cell, tops.shape[0], tops.shape[1], tops.tobytes(), place.origin, place.turn)
+    return Standing(
+        tuple(head.low[:2]), head.cell, tops.shape[0], tops.shape[1], tops.tobytes(), place.origin, place.turn
+    )
 
 
 def _box(loops: tuple) -> tuple:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What the programs that run LinuxCNC's interpreter (module gcode) in a process of their own have in common.
 
-Called by contour_sub/runner.py, pattern/runner.py and program/reader_runner.py.  It is the interpreter of AXIS's preview: full doubles, line
-numbers, no HAL, no machine.  Read in LinuxCNC 2.9: gcodemodule.cc, rs274/interpret.py.
+Called by contour_sub/runner.py, pattern/runner.py and program/reader_runner.py.  It is the interpreter of AXIS's
+preview: full doubles, line numbers, no HAL, no machine.  Read in LinuxCNC 2.9: gcodemodule.cc, rs274/interpret.py.
 """
 
 import ctypes
@@ -17,8 +17,8 @@ import gcode
 from chipwise.ini import section_of
 from chipwise.program.program_code import RUNS_PYTHON
 
-INCH = 25.4         # mm of the unit the interpreter gives coordinates in
-DECIMALS = 9        # of a mm: a program's decimals come out as they went in
+INCH = 25.4  # mm of the unit the interpreter gives coordinates in
+DECIMALS = 9  # of a mm: a program's decimals come out as they went in
 PLANES = {1: "G17", 2: "G19", 3: "G18"}
 # of a plane: which of its arcs' axes (first, second, along) are X, Y and Z
 ARC_AXES = {1: (0, 1, 2), 2: (2, 0, 1), 3: (1, 2, 0)}
@@ -29,9 +29,10 @@ class Stop(Exception):
 
 
 class Canon:
-    """Answers to what the interpreter asks; job: dict with units_per_mm, parameters, own_code (parse()) and, unless XYZ, axis_mask."""
+    """Answers to what the interpreter asks; job: dict with units_per_mm, parameters, own_code (parse()) and, unless
+    XYZ, axis_mask."""
 
-    wants_targets = False       # chipwise.program.preview
+    wants_targets = False  # chipwise.program.preview
 
     def __init__(self, job):
         self.job = job
@@ -79,25 +80,27 @@ def tool_entry(number, diameter, orientation=0) -> tuple:
 
 
 def fails_alike(canon, line, text) -> bool:
-    """Whether a line alone, as text, gives the error of the canon's program.  Which line an error belongs to, gcode says only if the
-    line could be read (2.9)."""
+    """Whether a line alone, as text, gives the error of the canon's program.  Which line an error belongs to, gcode
+    says only if the line could be read (2.9)."""
     alone = os.path.join(os.environ["HOME"], "line.ngc")
     with open(alone, "w", encoding="utf-8", errors="surrogateescape") as file:
         file.write(line.rstrip("\n") + "\nM2\n")
     try:
         result, _ = parse(canon, alone)
-        return result > gcode.MIN_ERROR and gcode.strerror(result).split(alone)[0] == text.split(canon.job["program"])[0]
+        return (
+            result > gcode.MIN_ERROR and gcode.strerror(result).split(alone)[0] == text.split(canon.job["program"])[0]
+        )
     except (Stop, RuntimeError):
         return False
 
 
 def parse(canon, program) -> tuple:
-    """gcode.parse() of a program after the job's codes.  Python that the program itself executes is refused unless job["own_code"] is None; else it
-    has the paths of the machine's own files, in which it is executed.
+    """gcode.parse() of a program after the job's codes.  Python that the program itself executes is refused unless
+    job["own_code"] is None; else it has the paths of the machine's own files, in which it is executed.
 
-    Most of it is found in the text (program/program_code.py); this sees the rest, as in the file of a sub whose number is an expression.  The interpreter
-    executes text and files straight from here, without a frame of Python between; remaps are called.  Before it opens a file, it executes what
-    the INI file names."""
+    Most of it is found in the text (program/program_code.py); this sees the rest, as in the file of a sub whose number
+    is an expression.  The interpreter executes text and files straight from here, without a frame of Python between;
+    remaps are called.  Before it opens a file, it executes what the INI file names."""
     frame, own = sys._getframe(), canon.job["own_code"]
 
     def refuse(event, arguments):
@@ -120,8 +123,8 @@ def _toplevel() -> str:
 
 
 def own_output() -> int:
-    """A handle of standard output for the result alone: (print,..) of a program, which writes there too, goes to standard
-    error."""
+    """A handle of standard output for the result alone: (print,..) of a program, which writes there too, goes to
+    standard error."""
     result = os.dup(1)
     os.dup2(2, 1)
     return result
@@ -129,10 +132,12 @@ def own_output() -> int:
 
 def sender(handle: int):
     """Function that writes a block of a kind (one byte) to a handle: its length comes before it."""
+
     def send(kind: bytes, data: bytes) -> None:
         view = memoryview(kind + struct.pack("=I", len(data)) + data)
         while view:
-            view = view[os.write(handle, view):]
+            view = view[os.write(handle, view) :]
+
     return send
 
 
@@ -144,20 +149,22 @@ def limit_computing(seconds: float) -> None:
 
 
 def limit_run(seconds: float) -> None:
-    """limit_computing(), for a process that the planner has started: it inherits the computing time that the planner is lent (planner/client.py), which may
-    be less, and would end without a reason."""
+    """limit_computing(), for a process that the planner has started: it inherits the computing time that the planner is
+    lent (planner/client.py), which may be less, and would end without a reason."""
     _soft, hard = resource.getrlimit(resource.RLIMIT_CPU)
     resource.setrlimit(resource.RLIMIT_CPU, (hard, hard))
     limit_computing(seconds)
 
 
 def named_function(library: ctypes.CDLL, name: str, mangled: str):
-    """A function of LinuxCNC's C++ library: 2.10 exports it under its own name, 2.9 under that of the compiler.  Raises AttributeError."""
+    """A function of LinuxCNC's C++ library: 2.10 exports it under its own name, 2.9 under that of the compiler.  Raises
+    AttributeError."""
     return getattr(library, name, None) or getattr(library, mangled)
 
 
 def make_tool_table(random: bool = False):
-    """Make ~/.tool.mmap, which gcode expects a task to have made: 2.9 crashes without.  -> the library, None without one: another LinuxCNC, another way of keeping tools."""
+    """Make ~/.tool.mmap, which gcode expects a task to have made: 2.9 crashes without.  -> the library, None without
+    one: another LinuxCNC, another way of keeping tools."""
     try:
         library = ctypes.CDLL("libtooldata.so.0")
         named_function(library, "tool_mmap_creator", "_Z17tool_mmap_creatorPK13EMC_TOOL_STATi")(None, int(random))
@@ -167,12 +174,12 @@ def make_tool_table(random: bool = False):
 
 
 NO_TOOL = (-1,) + (0.0,) * 12 + (0,)
-MAX_POCKETS = 1001      # CANON_POCKETS_MAX of LinuxCNC
+MAX_POCKETS = 1001  # CANON_POCKETS_MAX of LinuxCNC
 
 
 def calls_by_number() -> bool:
-    """Whether gcode calls change_tool() with the tool's number, as 2.10 does; 2.9 has its index in the table.  What differs in gcode is that
-    CHANGE_TOOL() of 2.10 has no index."""
+    """Whether gcode calls change_tool() with the tool's number, as 2.10 does; 2.9 has its index in the table.  What
+    differs in gcode is that CHANGE_TOOL() of 2.10 has no index."""
     return hasattr(ctypes.CDLL(gcode.__file__), "_Z11CHANGE_TOOLv")
 
 
@@ -187,10 +194,10 @@ class ToolTable:
             named_function(lib, "tooldata_init", "_Z13tooldata_initb")(bool(random))
             self._get = named_function(lib, "tooldata_get", "_Z12tooldata_getP16CANON_TOOL_TABLEi")
             load = named_function(lib, "tooldata_load", "_Z13tooldata_loadPKcPPc")
-            if path and load(os.fsencode(path), None) == 0:         # 2.10 has no second argument
+            if path and load(os.fsencode(path), None) == 0:  # 2.10 has no second argument
                 self._lib = lib
         except AttributeError:
-            pass                    # another LinuxCNC, another way of keeping tools
+            pass  # another LinuxCNC, another way of keeping tools
 
     def entry(self, index):
         """The numbers of get_tool(), machine units; those of no tool if the pocket is empty."""
@@ -200,12 +207,16 @@ class ToolTable:
         if self._get(room, index) != 0:
             return NO_TOOL
         number, _pocket, *lengths = struct.unpack_from("=ii12d", room.raw)
-        orientation, = struct.unpack_from("=i", room.raw, 8 + 12 * 8)
+        (orientation,) = struct.unpack_from("=i", room.raw, 8 + 12 * 8)
         return (number, *lengths, orientation)
 
     def of_number(self, number):
         """entry() of the tool of that number; 0: no tool."""
-        return next((tool for tool in map(self.entry, range(1, MAX_POCKETS)) if tool[0] == number), NO_TOOL) if number else NO_TOOL
+        return (
+            next((tool for tool in map(self.entry, range(1, MAX_POCKETS)) if tool[0] == number), NO_TOOL)
+            if number
+            else NO_TOOL
+        )
 
     def called(self, word):
         """entry() of the tool that is loaded by change_tool(word)."""

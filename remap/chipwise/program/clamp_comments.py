@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""CLAMP comments of a program that is read, as CLAMP records, and M256.  Called by reader_runner.py, whose Canon has job, machine coordinates and _event().
+"""CLAMP comments of a program that is read, as CLAMP records, and M256.  Called by reader_runner.py, whose Canon has
+job, machine coordinates and _event().
 
-A comment counts from the first move behind it on, in the units and work coordinates of that move: comments at the head of a program stand before its
-G20 and G54.
+A comment counts from the first move behind it on, in the units and work coordinates of that move: comments at the head
+of a program stand before its G20 and G54.
 """
 
 import math
@@ -19,8 +20,8 @@ class ClampComments:
     """Part of a Canon.  `pending`: [(line, inside of a comment)] that no move has followed yet."""
 
     pending: list
-    clamps = 0              # until now
-    units = 0               # of the state behind the line before
+    clamps = 0  # until now
+    units = 0  # of the state behind the line before
 
     def _in_inch(self):
         """Whether the line that is executed has inches."""
@@ -67,4 +68,10 @@ class ClampComments:
         middle = [(a + b) / 2 for a, b in zip(low, high)]
         half = [(b - a) / 2 for a, b in zip(low, high)]
         place = self._machine(*(value / INCH for value in middle))
-        self._event(kind, shape, math.degrees(self.angle), *(p - h for p, h in zip(place, half)), *(p + h for p, h in zip(place, half)))
+        self._event(
+            kind,
+            shape,
+            math.degrees(self.angle),
+            *(p - h for p, h in zip(place, half)),
+            *(p + h for p, h in zip(place, half)),
+        )

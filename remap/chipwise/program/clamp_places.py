@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""In which units and work coordinates the CLAMP comments of a program are, from its text: for cycles, which are planned while the program runs.
+"""In which units and work coordinates the CLAMP comments of a program are, from its text: for cycles, which are planned
+while the program runs.
 
-Called by planner/program_clamps.py and resume/clamps.py; monitor/comment_clamps.py asks for the word.  A comment has those of the first move behind it
-(program/clamp_comments.py), and the clamps of a program's set-up those of its first move.  Lines outside of all subs, loops and branches are executed in their order, so their words say what is in force; what does not
-follow from that is said, with the line it is for.  Departs from an interpreter: parameters by expression (#[..]=) are taken not to be work offsets.
+Called by planner/program_clamps.py and resume/clamps.py; monitor/comment_clamps.py asks for the word.  A comment has
+those of the first move behind it
+(program/clamp_comments.py), and the clamps of a program's set-up those of its first move.  Lines outside of all subs,
+loops and branches are executed in their order, so their words say what is in force; what does not follow from that is
+said, with the line it is for.  Departs from an interpreter: parameters by expression (#[..]=) are taken not to be work
+offsets.
 """
 
 import math
@@ -21,7 +25,7 @@ from chipwise.program.program_file import MAX_BYTES
 UNITS, SYSTEM = "units", "coordinate system"
 OFFSET = "work offset"
 PART, WORD = 1 << 20, b"clamp"
-ANY = "any"                 # a value that is not known from the text
+ANY = "any"  # a value that is not known from the text
 _ASKED = re.compile(rb"^/?(?:N[\d.]+)?O|G0*(?:2[01]|5[24-9]|10|92)(?!\d)|G[#\[]|M0*(?:72|98)(?!\d)|#0*5[23]\d\d=")
 _O_WORD = re.compile(rb"^/?(?:N[\d.]+)?O(\d+|<[^>\n]*>)([A-Z]*)")
 _NAMED = re.compile(rb"<[^>\n]*>")
@@ -29,14 +33,15 @@ _G_WORD, _L_WORD = re.compile(rb"G([\d.]+|[#\[])"), re.compile(rb"L0*(\d+)(?![\d
 _MOVES = re.compile(rb"[XYZABCUVW][-+.\d#\[]|G0*(?:28|30|1[23]|2[467]|7[5789])(?![\d.])")
 _UNITS = {20.0: "in", 21.0: "mm"}
 SYSTEMS = {54.0: 1, 55.0: 2, 56.0: 3, 57.0: 4, 58.0: 5, 59.0: 6, 59.1: 7, 59.2: 8, 59.3: 9}
-_TABLE_ONLY = {0, 1, 10, 11}            # L words of G10 that change the tool table
+_TABLE_ONLY = {0, 1, 10, 11}  # L words of G10 that change the tool table
 _BEGIN, _END = {b"SUB", b"IF", b"WHILE", b"DO", b"REPEAT"}, {b"ENDSUB", b"ENDIF", b"ENDWHILE", b"ENDREPEAT"}
 
 
 @dataclass
 class Place:
-    """line: of a comment, 0 for the first move of the program; inside: of the comment; move: line of the first move behind it; units: "mm" or "in",
-    system: from 1, both as the text says them in front of that move, None without a word; unknown: why they are not known, ""."""
+    """line: of a comment, 0 for the first move of the program; inside: of the comment; move: line of the first move
+    behind it; units: "mm" or "in", system: from 1, both as the text says them in front of that move, None without a
+    word; unknown: why they are not known, ""."""
 
     line: int
     inside: str
@@ -48,14 +53,16 @@ class Place:
 
 @dataclass(frozen=True)
 class ClampPlaces:
-    """places: [Place] that a move follows; offsets: lines that change a work offset; first: {UNITS, SYSTEM: line of its first word}."""
+    """places: [Place] that a move follows; offsets: lines that change a work offset; first: {UNITS, SYSTEM: line of its
+    first word}."""
 
     places: list
     offsets: list
     first: dict
 
     def unknown(self, place, line):
-        """Why units and coordinates of a Place are not known while `line` is executed, "" if they are: as said there, without a word as they are now."""
+        """Why units and coordinates of a Place are not known while `line` is executed, "" if they are: as said there,
+        without a word as they are now."""
         if place.unknown:
             return place.unknown
         low, high = sorted((place.move, line))
@@ -76,7 +83,7 @@ def has_word(path):
             while part := file.read(PART):
                 if WORD in (before + part).lower():
                     return True
-                before = part[-len(WORD):]
+                before = part[-len(WORD) :]
     except (OSError, ValueError):
         pass
     return False
@@ -84,6 +91,7 @@ def has_word(path):
 
 def files_of_subs(ini):
     """The function of places_of() that finds the file of a sub as LinuxCNC does."""
+
     def text_of_sub(name):
         for folder in find_sub.sub_folders(ini):
             try:
@@ -91,6 +99,7 @@ def files_of_subs(ini):
             except (OSError, ValueError):
                 continue
         return None
+
     return text_of_sub
 
 
@@ -154,10 +163,10 @@ class _Scan:
     now: dict = field(default_factory=lambda: {UNITS: None, SYSTEM: None})
     first: dict = field(default_factory=lambda: {UNITS: math.inf, SYSTEM: math.inf})
     offsets: list = field(default_factory=list)
-    hidden: list = field(default_factory=list)          # [(kind, value, where)] of lines that are perhaps executed
+    hidden: list = field(default_factory=list)  # [(kind, value, where)] of lines that are perhaps executed
     called: set = field(default_factory=set)
-    own: set = field(default_factory=set)               # subs that the program defines, and those that have been looked into
-    blocks: list = field(default_factory=list)          # [(name, keyword)] that are open
+    own: set = field(default_factory=set)  # subs that the program defines, and those that have been looked into
+    blocks: list = field(default_factory=list)  # [(name, keyword)] that are open
     pending: list = field(default_factory=lambda: [(Place(0, ""), None)])
     done: list = field(default_factory=list)
 
@@ -184,7 +193,12 @@ class _Scan:
             self._change(number, text, certain)
         if self.pending and not any(keyword == b"SUB" for _name, keyword in self.blocks):
             calls = word is not None and word.group(2) == b"CALL"
-            if calls or word is None and _MOVES.search(text) and not any(kind == OFFSET for kind, _value in changes(text)):
+            if (
+                calls
+                or word is None
+                and _MOVES.search(text)
+                and not any(kind == OFFSET for kind, _value in changes(text))
+            ):
                 self._move(number, certain and not calls)
 
     def _block(self, name, keyword):
@@ -246,4 +260,6 @@ class _Scan:
             word = _O_WORD.match(line)
             if word and word.group(2) == b"CALL" and word.group(1) not in self.own:
                 self._look_into(word.group(1))
-            self.hidden += [(kind, value, f"the file of sub {name_of(name)}") for kind, value in changes(_NAMED.sub(b"<>", line))]
+            self.hidden += [
+                (kind, value, f"the file of sub {name_of(name)}") for kind, value in changes(_NAMED.sub(b"<>", line))
+            ]

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What each executed line of a marked program does besides moving: its words with the values that its expressions have.
 
-Called by reader_runner.py for programs that rewrite/line_marks.py has marked: a comment `chipwise-at FILE LINE WHAT` before the line's own
-code is executed, and around each block.  The interpreter shows itself to Python as `interpreter.this` (read in LinuxCNC 2.9:
-interp_python.cc, pyinterp1.cc); its modes there are those in force at that moment.
+Called by reader_runner.py for programs that rewrite/line_marks.py has marked: a comment `chipwise-at FILE LINE WHAT`
+before the line's own code is executed, and around each block.  The interpreter shows itself to Python as
+`interpreter.this` (read in LinuxCNC 2.9:  interp_python.cc, pyinterp1.cc); its modes there are those in force at that
+moment.
 """
 
 import functools
@@ -12,12 +13,27 @@ from chipwise.program.records import MARK
 
 PREFIX = "chipwise-at "
 PLAIN, WORDS, COMMENT, BEGIN, END, STATE = "p", "w", "c", "b", "e", "s"
-LINE, BEGINS, ENDS, STATES = range(4)               # values of a MARK record
+LINE, BEGINS, ENDS, STATES = range(4)  # values of a MARK record
 # predefined named parameters that say what the machine does
-WATCHED = ("_rpm", "_spindle_on", "_spindle_cw", "_mist", "_flood", "_coord_system", "_current_tool", "_tool_offset", "_x", "_y", "_z")
+WATCHED = (
+    "_rpm",
+    "_spindle_on",
+    "_spindle_cw",
+    "_mist",
+    "_flood",
+    "_coord_system",
+    "_current_tool",
+    "_tool_offset",
+    "_x",
+    "_y",
+    "_z",
+)
 _LETTERS = "xyzpqrlhdijkefst"
-NOT_KNOWN = [0.1, 0.1]      # P and Q of G64 after a change of units (2.9: gcodemodule.cc, GET_EXTERNAL_MOTION_CONTROL_TOLERANCE)
-_MM = {1: 25.4, 2: 1.0, 3: 10.0}        # of a length unit, by this.length_units
+NOT_KNOWN = [
+    0.1,
+    0.1,
+]  # P and Q of G64 after a change of units (2.9: gcodemodule.cc, GET_EXTERNAL_MOTION_CONTROL_TOLERANCE)
+_MM = {1: 25.4, 2: 1.0, 3: 10.0}  # of a length unit, by this.length_units
 _ONLY_MOVES = {0, 1, 2, 3, 80, 90, 91}
 
 
@@ -26,22 +42,23 @@ class Trace:
 
     def __init__(self, canon, watched):
         self.canon, self.watched = canon, watched
-        self.items = []             # JSON of what marks refer to
-        self.said = None            # item of the last COMMENT mark
+        self.items = []  # JSON of what marks refer to
+        self.said = None  # item of the last COMMENT mark
         self.before = {}
-        self.path_mode = None       # mm: P and Q of G64
+        self.path_mode = None  # mm: P and Q of G64
         self._told, self._units, self._sets_it, self._look = None, 0, False, True
 
     @functools.cached_property
     def this(self):
         """The interpreter; its module is there once it runs."""
         import interpreter
+
         return interpreter.this
 
     def comment(self, text):
         if not text.startswith(PREFIX):
             return
-        file, line, what = text[len(PREFIX):].split()
+        file, line, what = text[len(PREFIX) :].split()
         if self._look or what != PLAIN:
             self._follow_path_mode(what)
         item = -1
@@ -60,9 +77,19 @@ class Trace:
             item = self._keep({"state": self._state(), "parameters": now, "changed": changed, "active": self._active()})
         this, canon = self.this, self.canon
         canon.line = int(line)
-        canon.mark(MARK, int(file), {BEGIN: BEGINS, END: ENDS, STATE: STATES}.get(what, LINE), item,
-                   int(this.length_units) * 1000 + int(this.distance_mode) * 100 + int(this.plane) * 10 + int(this.ijk_distance_mode),
-                   int(this.cutter_comp_side), int(this.motion_mode), canon.feed_rate)
+        canon.mark(
+            MARK,
+            int(file),
+            {BEGIN: BEGINS, END: ENDS, STATE: STATES}.get(what, LINE),
+            item,
+            int(this.length_units) * 1000
+            + int(this.distance_mode) * 100
+            + int(this.plane) * 10
+            + int(this.ijk_distance_mode),
+            int(this.cutter_comp_side),
+            int(this.motion_mode),
+            canon.feed_rate,
+        )
 
     def message(self, text):
         if self.said is not None:
@@ -81,7 +108,9 @@ class Trace:
             return None
         for letter in _LETTERS:
             if getattr(block, letter + "_flag"):
-                words[letter.upper()] = float(getattr(block, letter + ("_number_float" if letter == "d" else "_number")))
+                words[letter.upper()] = float(
+                    getattr(block, letter + ("_number_float" if letter == "d" else "_number"))
+                )
         return {"g": codes, "m": others, "words": words}
 
     def _parameters(self):
@@ -97,8 +126,8 @@ class Trace:
         return result
 
     def _follow_path_mode(self, what):
-        """path_mode before the line of a mark.  After G20 or G21 the interpreter asks its machine for P and Q; here the answer is a constant in any units,
-        which counts only where G64 was on the line before."""
+        """path_mode before the line of a mark.  After G20 or G21 the interpreter asks its machine for P and Q; here the
+        answer is a constant in any units, which counts only where G64 was on the line before."""
         this = self.this
         told, units = [float(value) for value in list(this.active_settings)[3:5]], int(this.length_units)
         if self._told is None or self._sets_it or told != self._told and (units == self._units or told != NOT_KNOWN):
@@ -107,11 +136,15 @@ class Trace:
         self._sets_it = what == WORDS and 640 in this.blocks[this.remap_level].g_modes
 
     def _active(self):
-        """The modal codes in force: G codes ten times, M codes; and [F, S, P of G64, Q of G64] in the units in force."""
+        """The modal codes in force: G codes ten times, M codes; and [F, S, P of G64, Q of G64] in the units in
+        force."""
         this = self.this
         path_mode = [value / _MM[int(this.length_units)] for value in self.path_mode]
-        return {"g": [int(code) for code in list(this.active_g_codes)[1:] if code >= 0], "m": [int(code) for code in list(this.active_m_codes)[1:] if code >= 0],
-                "settings": [float(value) for value in list(this.active_settings)[1:3]] + path_mode}
+        return {
+            "g": [int(code) for code in list(this.active_g_codes)[1:] if code >= 0],
+            "m": [int(code) for code in list(this.active_m_codes)[1:] if code >= 0],
+            "settings": [float(value) for value in list(this.active_settings)[1:3]] + path_mode,
+        }
 
     def _state(self):
         """What the machine does at a block's end, and how it reads what follows."""

@@ -13,7 +13,7 @@ from chipwise.errors import MM_PER_INCH, CycleError, braceless
 from chipwise.host.files import NoRegularFile, TooLong, read_bytes
 from chipwise.ini import section_of
 
-MAX_BYTES = 1 << 28     # of a program or a file of subs
+MAX_BYTES = 1 << 28  # of a program or a file of subs
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,9 @@ class Found:
 
     def fault(self, line, text, remedy, before=None):
         """CycleError about a line of the sub; before: a line that was executed before it."""
-        where = f"sub O{sub_name(self)}, line {line}" + (f" (after line {before})" if before not in (None, line) else "")
+        where = f"sub O{sub_name(self)}, line {line}" + (
+            f" (after line {before})" if before not in (None, line) else ""
+        )
         return CycleError(f"{where} of {quoted(self.path)}: {braceless(text)}", braceless(remedy))
 
 
@@ -45,7 +47,7 @@ def plain_text(text):
 
 
 def program_unit(text, unit_mm):
-    """"mm" or "in": the first G20 or G21 of a program, else the unit of the machine (mm)."""
+    """ "mm" or "in": the first G20 or G21 of a program, else the unit of the machine (mm)."""
     for line in text.splitlines():
         found = re.search(r"g0*2([01])(?![\d.])", plain_text(line))
         if found:
@@ -71,7 +73,7 @@ def _lines_of(path, _stamp):
         if os.path.isdir(path):
             raise
         raise CycleError(f"{quoted(path)}: {error.strerror}", "put the contour sub into a file of its own") from error
-    lines = tuple(text.replace("\r\n", "\n").split("\n"))     # not splitlines(): it knows more line ends than LinuxCNC
+    lines = tuple(text.replace("\r\n", "\n").split("\n"))  # not splitlines(): it knows more line ends than LinuxCNC
     return lines, {n: word for n, word in ((n, o_word(text)) for n, text in enumerate(lines, 1)) if word}
 
 
@@ -96,20 +98,28 @@ def find_sub(job):
             continue
         last = next((n for n, word in read[1].items() if n > first and word == (name, "endsub")), None)
         if last is None:
-            raise CycleError(f"sub O{name} begins in line {first} of {quoted(path)} and has no endsub",
-                             f"end it with a line O{name} endsub")
+            raise CycleError(
+                f"sub O{name} begins in line {first} of {quoted(path)} and has no endsub",
+                f"end it with a line O{name} endsub",
+            )
         _check_once(path, read[1])
         return Found(os.path.abspath(path), read[0], first, last)
     own = [p for p in job.programs if p]
-    raise CycleError(f"there is no sub O{name}" + (f" in {quoted(own[0])}" if own else "")
-                     + f" and no file {name}.ngc with it on the SUBROUTINE_PATH",
-                     f"put the sub between O{name} sub and O{name} endsub, before or after the program's M2")
+    raise CycleError(
+        f"there is no sub O{name}"
+        + (f" in {quoted(own[0])}" if own else "")
+        + f" and no file {name}.ngc with it on the SUBROUTINE_PATH",
+        f"put the sub between O{name} sub and O{name} endsub, before or after the program's M2",
+    )
 
 
 def _check_mark(path, read, name):
-    """Raises CycleError for the file of a sub that begins with a byte order mark: LinuxCNC does not read its first line either."""
+    """Raises CycleError for the file of a sub that begins with a byte order mark: LinuxCNC does not read its first line
+    either."""
     if read and read[0][0].startswith("\ufeff") and os.path.basename(path) == name + ".ngc":
-        raise CycleError(f"{quoted(path)} begins with a byte order mark, which LinuxCNC refuses", "save it as UTF-8 without one")
+        raise CycleError(
+            f"{quoted(path)} begins with a byte order mark, which LinuxCNC refuses", "save it as UTF-8 without one"
+        )
 
 
 def _check_once(path, words):
@@ -117,7 +127,10 @@ def _check_once(path, words):
     first = {}
     for number, (name, keyword) in words.items():
         if keyword == "sub" and first.setdefault(name, number) != number:
-            raise CycleError(f"sub O{name} is defined twice in {quoted(path)}, in lines {first[name]} and {number}", "take one of them out")
+            raise CycleError(
+                f"sub O{name} is defined twice in {quoted(path)}, in lines {first[name]} and {number}",
+                "take one of them out",
+            )
 
 
 def sub_folders(ini):

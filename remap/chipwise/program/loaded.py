@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The program that LinuxCNC has loaded, and what its path depends on.  Called by panel/machine.py, panel/look_ahead.py, monitor/shadow.py and monitor/set_up.py."""
+"""The program that LinuxCNC has loaded, and what its path depends on.  Called by panel/machine.py, panel/look_ahead.py,
+monitor/shadow.py and monitor/set_up.py."""
 
 import os
 
-MODAL = (70, 80, 170, 180, 190, 200, 210, 900, 910, 901, 911)     # of stat.gcodes: codes that say how coordinates are read
+MODAL = (70, 80, 170, 180, 190, 200, 210, 900, 910, 901, 911)  # of stat.gcodes: codes that say how coordinates are read
 
 
 def identity(program, follow_links=True):
@@ -16,8 +17,8 @@ def identity(program, follow_links=True):
 
 
 class MainProgram:
-    """Path of the program that is open.  LinuxCNC's status has the file of a sub instead, and that of the body of a remapped code, while the interpreter is in
-    it."""
+    """Path of the program that is open.  LinuxCNC's status has the file of a sub instead, and that of the body of a
+    remapped code, while the interpreter is in it."""
 
     def __init__(self):
         self.path = ""
@@ -30,12 +31,17 @@ class MainProgram:
 
 
 def scene(status):
-    """Of a linuxcnc.stat: {"index" of the work offset, its "offset", "g92", "turn" (machine units, degrees), "tool", "codes" in force,
-    "block_delete"}."""
-    return {"index": max(1, status.g5x_index),          # 0: LinuxCNC has not said it yet
-            "offset": [round(v, 9) for v in status.g5x_offset[:3]], "g92": [round(v, 9) for v in status.g92_offset[:3]],
-            "turn": round(status.rotation_xy, 9), "tool": max(0, status.tool_in_spindle), "block_delete": bool(status.block_delete),
-            "codes": " ".join(f"G{code / 10:g}" for code in status.gcodes if code in MODAL)}
+    """Of a linuxcnc.stat: {"index" of the work offset, its "offset", "g92", "turn" (machine units, degrees), "tool",
+    "codes" in force, "block_delete"}."""
+    return {
+        "index": max(1, status.g5x_index),  # 0: LinuxCNC has not said it yet
+        "offset": [round(v, 9) for v in status.g5x_offset[:3]],
+        "g92": [round(v, 9) for v in status.g92_offset[:3]],
+        "turn": round(status.rotation_xy, 9),
+        "tool": max(0, status.tool_in_spindle),
+        "block_delete": bool(status.block_delete),
+        "codes": " ".join(f"G{code / 10:g}" for code in status.gcodes if code in MODAL),
+    }
 
 
 def place(scene):

@@ -1,19 +1,22 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Tools and stock that the comments of CAM systems' programs name.
 
-Called by check/assume.py.  The forms are those that the posts write; the interpreter does not see all of them (LinuxCNC passes no comments behind a
-semicolon on), so the text of the file is read.  Lengths of the result are mm; those of a comment are in the program's unit unless the form has
-its own.
+Called by check/assume.py.  The forms are those that the posts write; the interpreter does not see all of them (LinuxCNC
+passes no comments behind a semicolon on), so the text of the file is read.  Lengths of the result are mm; those of a
+comment are in the program's unit unless the form has its own.
 
     Fusion, HSM     (T3 D=6. CR=0. - ZMIN=-5. - flat end mill)
-    Carbide Create  (stockMin:0.00mm, 0.00mm, -12.70mm) (stockMax:..), (STOCK/BLOCK,100,60,12,0,0,12), (TOOL/MILL,3.175,0.0,20,0.0)
-    Vectric         (X= 100.000, Y= 60.000, Z= 12.000) behind (Material Size), (Z Origin for Material= ..), (1 = End Mill {6 mm})
+    Carbide Create  (stockMin:0.00mm, 0.00mm, -12.70mm) (stockMax:..), (STOCK/BLOCK,100,60,12,0,0,12),
+                    (TOOL/MILL,3.175,0.0,20,0.0)
+    Vectric         (X= 100.000, Y= 60.000, Z= 12.000) behind (Material Size), (Z Origin for Material= ..), (1 = End
+                    Mill {6 mm})
     Kiri:Moto       ; Stock X:100 Y:60 Z:12, ; tool#=1 flute=6 len=20 unit=metric
     Makera          (Z Origin Set To: ..), (Stock Height: 12 mm)
     FreeCAD         (M6 T3), (Compensated Tool Path. Diameter: 6.0)         CamBam      (T3 : 6.0)
     Mastercam       (T3 | FLAT END MILL | H3 | D3 | TOOL DIA. - 6.)
-    chipwise        (WORKPIECE,BOX,XMIN=0,YMIN=0,ZMIN=-20,XMAX=100,YMAX=60,ZMAX=0), (WORKPIECE,CYLINDER,AXIS=Z,X=..,Y=..,ZMIN=..,ZMAX=..,DIAMETER=..) of a
-                    program that has no M250; of a cylinder the box around it.  It goes before all others
+    chipwise        (WORKPIECE,BOX,XMIN=0,YMIN=0,ZMIN=-20,XMAX=100,YMAX=60,ZMAX=0),
+                    (WORKPIECE,CYLINDER,AXIS=Z,X=..,Y=..,ZMIN=..,ZMAX=..,DIAMETER=..) of a program that has no M250; of
+                    a cylinder the box around it.  It goes before all others
 """
 
 import re
@@ -23,12 +26,12 @@ from typing import Optional
 from chipwise.host.files import open_regular
 
 INCH_MM = 25.4
-MAX_BYTES = 100_000_000         # of a program
-MAX_LINE = 512                  # characters of a line that are looked at
+MAX_BYTES = 100_000_000  # of a program
+MAX_LINE = 512  # characters of a line that are looked at
 MAX_TOOLS = 200
-SIZES_MM = 0.01, 1000.0         # diameters of tools; others are a mistake
-EXTENT_MM = 0.05, 20000.0       # of a stock
-LOWEST, MIDDLE, HIGHEST = 0.0, 0.5, 1.0         # where zero lies between the two faces of a stock of known size
+SIZES_MM = 0.01, 1000.0  # diameters of tools; others are a mistake
+EXTENT_MM = 0.05, 20000.0  # of a stock
+LOWEST, MIDDLE, HIGHEST = 0.0, 0.5, 1.0  # where zero lies between the two faces of a stock of known size
 
 _NUMBER = r"([-+]?(?:\d+\.?\d*|\.\d+))"
 _COMMENT = re.compile(r"\(([^()]*)\)|;(.*)")
@@ -77,13 +80,13 @@ class SaidTool:
 class Said:
     """What the comments of one program say."""
 
-    low: Optional[tuple] = None             # mm, work coordinates: corners of the stock
+    low: Optional[tuple] = None  # mm, work coordinates: corners of the stock
     high: Optional[tuple] = None
-    size: Optional[tuple] = None            # mm, x y z (None: not said), where the corners are not known
-    tools: dict = field(default_factory=dict)       # number -> SaidTool; None: of no number
-    calls: list = field(default_factory=list)       # numbers of T words, in their order, each once
-    rapids_are_feeds: bool = False          # the post wrote its traverses as G1
-    unit_mm: float = 1.0                    # of the program
+    size: Optional[tuple] = None  # mm, x y z (None: not said), where the corners are not known
+    tools: dict = field(default_factory=dict)  # number -> SaidTool; None: of no number
+    calls: list = field(default_factory=list)  # numbers of T words, in their order, each once
+    rapids_are_feeds: bool = False  # the post wrote its traverses as G1
+    unit_mm: float = 1.0  # of the program
 
 
 class Reading:
@@ -109,15 +112,20 @@ class Reading:
         self._number = number
         if number not in self.said.calls and len(self.said.calls) < MAX_TOOLS:
             self.said.calls.append(number)
-        if self._pending:                           # a tool described before its number
+        if self._pending:  # a tool described before its number
             self._keep(number, *self._pending)
             self._pending = None
 
     def _keep(self, number, diameter, corner=0.0, tip=None, name=""):
         low, high = SIZES_MM
         if low <= diameter <= high and len(self.said.tools) < MAX_TOOLS and number not in self.said.tools:
-            self.said.tools[number] = SaidTool(number, diameter, min(max(corner, 0.0), diameter / 2), tip if tip and 1 <= tip < 179 else None,
-                                               name.strip(" -"))
+            self.said.tools[number] = SaidTool(
+                number,
+                diameter,
+                min(max(corner, 0.0), diameter / 2),
+                tip if tip and 1 <= tip < 179 else None,
+                name.strip(" -"),
+            )
 
     def _take(self, text):
         """One comment."""
@@ -134,19 +142,31 @@ class Reading:
         unit = self.said.unit_mm
         if found := _FUSION.search(text):
             number, remark, diameter, corner, taper, _lowest, kind = found.groups()
-            self._keep(int(number), float(diameter) * unit, float(corner) * unit, 2 * float(taper) if taper else None, kind or remark)
+            self._keep(
+                int(number),
+                float(diameter) * unit,
+                float(corner) * unit,
+                2 * float(taper) if taper else None,
+                kind or remark,
+            )
         elif found := _MASTERCAM.search(text):
             self._keep(int(found.group(1)), float(found.group(3)) * unit, name=found.group(2))
         elif found := _KIRI_TOOL.search(text):
-            self._keep(int(found.group(1)), float(found.group(2)) * (1.0 if found.group(4).lower() == "metric" else INCH_MM))
+            self._keep(
+                int(found.group(1)), float(found.group(2)) * (1.0 if found.group(4).lower() == "metric" else INCH_MM)
+            )
         elif found := _VECTRIC_TOOL.search(text):
-            self._keep(int(found.group(1)), float(found.group(3)) * (1.0 if found.group(4).lower() == "mm" else INCH_MM), name=found.group(2))
+            self._keep(
+                int(found.group(1)),
+                float(found.group(3)) * (1.0 if found.group(4).lower() == "mm" else INCH_MM),
+                name=found.group(2),
+            )
         elif found := _CAMBAM.search(text):
             self._keep(int(found.group(1)), float(found.group(2)) * unit)
         elif found := _FREECAD_CALL.search(text):
             self._called(int(found.group(1)))
         elif found := _FREECAD.search(text):
-            self._keep(self._number, float(found.group(1)))         # FreeCAD's own unit is mm
+            self._keep(self._number, float(found.group(1)))  # FreeCAD's own unit is mm
         elif found := _MILL.search(text):
             diameter, corner, _length, half = map(float, found.groups())
             self._pending = diameter * unit, corner * unit, 2 * half
@@ -154,13 +174,16 @@ class Reading:
     def _take_stock(self, text):
         unit = self.said.unit_mm
         if found := _WORKPIECE.search(text):
-            self._workpiece = _workpiece(found.group(1).upper(), {key.upper(): float(value) * unit for key, value in _KEY.findall(found.group(2))})
+            self._workpiece = _workpiece(
+                found.group(1).upper(),
+                {key.upper(): float(value) * unit for key, value in _KEY.findall(found.group(2))},
+            )
         elif found := _STOCK_CORNER.search(text):
             which, x, given, y, z = found.groups()
             factor = 1.0 if given.lower() == "mm" else INCH_MM
             self._corners[which.lower()] = tuple(float(value) * factor for value in (x, y, z))
         elif found := _BLOCK.search(text):
-            size, zero = (tuple(float(value) * unit for value in found.groups()[k:k + 3]) for k in (0, 3))
+            size, zero = (tuple(float(value) * unit for value in found.groups()[k : k + 3]) for k in (0, 3))
             self._corners = {"min": tuple(-b for b in zero), "max": tuple(a - b for a, b in zip(size, zero))}
         elif found := _KIRI_STOCK.search(text):
             self._loose = tuple(float(value) * unit for value in found.groups())
@@ -201,13 +224,16 @@ def _workpiece(shape, values):
         if shape == "BOX":
             return tuple(tuple(values[axis + end] for axis in "XYZ") for end in ("MIN", "MAX"))
         radius = values["DIAMETER"] / 2
-        return ((values["X"] - radius, values["Y"] - radius, values["ZMIN"]), (values["X"] + radius, values["Y"] + radius, values["ZMAX"]))
+        return (
+            (values["X"] - radius, values["Y"] - radius, values["ZMIN"]),
+            (values["X"] + radius, values["Y"] + radius, values["ZMAX"]),
+        )
     except KeyError:
         return None
 
 
 def _along(text):
-    """"Material Surface", "Table", .. -> share of the height below Z0; None: not understood."""
+    """ "Material Surface", "Table", .. -> share of the height below Z0; None: not understood."""
     text = text.lower()
     if any(word in text for word in ("table", "bed", "bottom")):
         return LOWEST
@@ -215,7 +241,7 @@ def _along(text):
 
 
 def _across(text):
-    """"Bottom Left Corner", "Center", .. -> shares (x, y) of the size before zero; None: not understood."""
+    """ "Bottom Left Corner", "Center", .. -> shares (x, y) of the size before zero; None: not understood."""
     text = text.lower()
     if not any(word in text for word in ("left", "right", "cent")):
         return None
@@ -239,9 +265,10 @@ def _lines(path):
 
 
 def read(path, unit_mm=1.0):
-    """Said of a program.  unit_mm: of a program that names none (the machine's).  OSError for a file that cannot be read."""
+    """Said of a program.  unit_mm: of a program that names none (the machine's).  OSError for a file that cannot be
+    read."""
     found = next(filter(None, (_UNIT.search(_code(line)) for line in _lines(path))), None)
-    if found:                                       # comments with tools come before it
+    if found:  # comments with tools come before it
         unit_mm = INCH_MM if found.group(1) == "0" else 1.0
     reading = Reading(unit_mm)
     for line in _lines(path):

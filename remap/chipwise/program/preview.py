@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Tells a reader of whole programs what the codes of the preview would have done in step with motion.
 
-Called by glue/stock_codes.py, glue/volumetric.py and glue/clamps.py where there is no machine, and by glue/session.py for contours; listened to by
-program/reader_runner.py.  In LinuxCNC's own preview nobody listens.
+Called by glue/stock_codes.py, glue/volumetric.py and glue/clamps.py where there is no machine, and by glue/session.py
+for contours; listened to by program/reader_runner.py.  In LinuxCNC's own preview nobody listens.
 """
 
-# an object with the methods stock(), restored(), volume(), clamp_set_up() and target(), and wants_targets, whether it wants the last
+# an object with the methods stock(), restored(), volume(), clamp_set_up() and target(), and wants_targets, whether it
+# wants the last
 listener = None
 
 

@@ -12,14 +12,19 @@ from chipwise.errors import printable
 from chipwise.host.files import NoRegularFile, TooLong, open_regular
 from chipwise.host.temp_folder import writing
 
-MAX_BYTES = 100_000_000        # of a program; 4 million moves
-LOOKED_AT = 1 << 16             # bytes of a program; a NUL among them means that it is not text
+MAX_BYTES = 100_000_000  # of a program; 4 million moves
+LOOKED_AT = 1 << 16  # bytes of a program; a NUL among them means that it is not text
 _PART = 1 << 20
 _ASCII = bytes(byte if byte < 128 else ord("?") for byte in range(256))
 
-TOOL, AXIS = "tool", "axis"     # what a machine may lack
-_NO_TOOL, _NO_AXIS = re.compile(r"Requested tool (\d{1,9}) not found"), re.compile(r"Bad character '([abc])' used")     # LinuxCNC's words, 2.9
-_SUB = re.compile(rb"^[ \t]*(?:N[ \t]*\d+[ \t]*)?O[ \t]*(<[^<>\n]{1,100}>|\d{1,9})[ \t]*sub\b", re.IGNORECASE | re.MULTILINE)
+TOOL, AXIS = "tool", "axis"  # what a machine may lack
+_NO_TOOL, _NO_AXIS = (
+    re.compile(r"Requested tool (\d{1,9}) not found"),
+    re.compile(r"Bad character '([abc])' used"),
+)  # LinuxCNC's words, 2.9
+_SUB = re.compile(
+    rb"^[ \t]*(?:N[ \t]*\d+[ \t]*)?O[ \t]*(<[^<>\n]{1,100}>|\d{1,9})[ \t]*sub\b", re.IGNORECASE | re.MULTILINE
+)
 
 # What is known of a program that cannot be checked (Unreadable.state)
 UNCHECKED, UNUSABLE, UNFINISHED, UNSAFE = "unchecked", "unusable", "unfinished", "unsafe"
@@ -46,7 +51,8 @@ class Unusable(Unreadable):
 
 
 class Lacking(Unusable):
-    """LinuxCNC refuses the program on a machine that lacks something.  kind: TOOL or AXIS; name: the tool's number, the axis' letter."""
+    """LinuxCNC refuses the program on a machine that lacks something.  kind: TOOL or AXIS; name: the tool's number, the
+    axis' letter."""
 
     def __init__(self, text, remedy, line, kind, name):
         super().__init__(text, remedy, line)
@@ -73,7 +79,9 @@ def check_file(path, most_bytes=MAX_BYTES):
     except NoRegularFile as error:
         raise Unusable(error.strerror, "name a G-code program") from error
     except TooLong as error:
-        raise Unusable(f"it has {error.found / 1e6:.0f} MB, more than {error.most / 1e6:.0f}", "check it in parts") from error
+        raise Unusable(
+            f"it has {error.found / 1e6:.0f} MB, more than {error.most / 1e6:.0f}", "check it in parts"
+        ) from error
     except OSError as error:
         raise Unusable(error.strerror, "name a file that can be read") from error
     if not head.strip():
@@ -85,8 +93,8 @@ def check_file(path, most_bytes=MAX_BYTES):
 
 
 def readable(path, folder):
-    """The program itself if it and its name are UTF-8, else a link, or a copy with "?" for other bytes, in the folder: module gcode
-    hands comments and names to Python as UTF-8 and fails at others (2.9).  Lines stay."""
+    """The program itself if it and its name are UTF-8, else a link, or a copy with "?" for other bytes, in the folder:
+    module gcode hands comments and names to Python as UTF-8 and fails at others (2.9).  Lines stay."""
     copy = os.path.join(folder, os.path.basename(path).encode("utf-8", "replace").decode())
     decoder = codecs.getincrementaldecoder("utf-8")()
     with open(path, "rb") as file:
@@ -111,10 +119,22 @@ def readable(path, folder):
 def lacking(text, line):
     """The Lacking of an error of LinuxCNC's interpreter, None of any other."""
     if found := _NO_TOOL.search(text):
-        return Lacking(f"tool {found.group(1)} is not in the tool table", f"add T{found.group(1)} to it, or name the machine with --ini", line, TOOL, int(found.group(1)))
+        return Lacking(
+            f"tool {found.group(1)} is not in the tool table",
+            f"add T{found.group(1)} to it, or name the machine with --ini",
+            line,
+            TOOL,
+            int(found.group(1)),
+        )
     if found := _NO_AXIS.search(text):
         letter = found.group(1).upper()
-        return Lacking(f"the machine has no axis {letter}", f"leave {letter} out, or name the machine with --ini", line, AXIS, letter)
+        return Lacking(
+            f"the machine has no axis {letter}",
+            f"leave {letter} out, or name the machine with --ini",
+            line,
+            AXIS,
+            letter,
+        )
     return None
 
 

@@ -3,16 +3,17 @@
 
     /usr/bin/python3 -s reader_runner.py PARENT_PID  < JSON of the job  > blocks
 
-Started by reader.py, one process per program: whatever the program does (an endless loop, a crash) happens to this process.
-It is the interpreter of AXIS's preview (module gcode): the INI file's remaps, tool table, offsets and subs count, and
-neither HAL nor a machine is needed.  Read in LinuxCNC 2.9: gcodemodule.cc, rs274/interpret.py.
+Started by reader.py, one process per program: whatever the program does (an endless loop, a crash) happens to this
+process.  It is the interpreter of AXIS's preview (module gcode): the INI file's remaps, tool table, offsets and subs
+count, and neither HAL nor a machine is needed.  Read in LinuxCNC 2.9: gcodemodule.cc, rs274/interpret.py.
 
-Job:     program, parameters, table (paths), random (tool changer), units_per_mm, axis_mask, codes (run first), most_moves,
-         quiet_s (computing time without a block of moves), cpu_s (in all), chord_mm, stock (null or low, high: mm, work
-         coordinates at the first move), written (whether CIRCLE records are wanted, for rewriting), judged (whether what cannot be judged ends it),
-         memory_mb (of this process; null: no limit), tool (number of the one in the spindle; 0: none), watched (null, or the parameters
-         of a marked program: executed_words.py), targets (whether TARGET records are wanted), block_delete (whether lines with / are left out), own_code (program/canon.py),
-         diameters, spindle (of reader.Machine), clamps (whether CLAMP records are wanted)
+Job:     program, parameters, table (paths), random (tool changer), units_per_mm, axis_mask, codes (run first),
+         most_moves, quiet_s (computing time without a block of moves), cpu_s (in all), chord_mm, stock (null or low,
+         high: mm, work coordinates at the first move), written (whether CIRCLE records are wanted, for rewriting),
+         judged (whether what cannot be judged ends it), memory_mb (of this process; null: no limit), tool (number of
+         the one in the spindle; 0: none), watched (null, or the parameters of a marked program: executed_words.py),
+         targets (whether TARGET records are wanted), block_delete (whether lines with / are left out), own_code
+         (program/canon.py), diameters, spindle (of reader.Machine), clamps (whether CLAMP records are wanted)
 Blocks:  b"R", uint32 number of bytes, records of WIDTH doubles; b"E", uint32 number of bytes, JSON of the end
 
 The records: records.py.
@@ -30,17 +31,27 @@ import sys
 
 sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))))
 
-import gcode                                                    # noqa: E402
+import gcode  # noqa: E402
 
-from chipwise.program.clamp_comments import ClampComments       # noqa: E402
-from chipwise.program.motion_modes import MotionModes           # noqa: E402
-from chipwise.program.records import ARC, CIRCLE, DWELL, FEED, FRAME, RAPID, STOCK, TARGET, VOLUME, WIDTH      # noqa: E402
-from chipwise.program import canon as interpreter_process                       # noqa: E402
-from chipwise.geometry.base.arc_sweep import arc_sweep, chord_angle           # noqa: E402
-from chipwise.program.canon import ARC_AXES, INCH, Stop, ToolTable, fails_alike, limit_computing, own_output, parse, sender      # noqa: E402
-from chipwise.program.tool_calls import ToolCalls         # noqa: E402
-from chipwise.program.program_code import PYTHON_REMEDY           # noqa: E402
-from chipwise.host.processes import die_with_parent, limit_memory                  # noqa: E402
+from chipwise.program.clamp_comments import ClampComments  # noqa: E402
+from chipwise.program.motion_modes import MotionModes  # noqa: E402
+from chipwise.program.records import ARC, CIRCLE, DWELL, FEED, FRAME, RAPID, STOCK, TARGET, VOLUME, WIDTH  # noqa: E402
+from chipwise.program import canon as interpreter_process  # noqa: E402
+from chipwise.geometry.base.arc_sweep import arc_sweep, chord_angle  # noqa: E402
+from chipwise.program.canon import (
+    ARC_AXES,
+    INCH,
+    Stop,
+    ToolTable,
+    fails_alike,
+    limit_computing,
+    own_output,
+    parse,
+    sender,
+)  # noqa: E402
+from chipwise.program.tool_calls import ToolCalls  # noqa: E402
+from chipwise.program.program_code import PYTHON_REMEDY  # noqa: E402
+from chipwise.host.processes import die_with_parent, limit_memory  # noqa: E402
 
 BLOCK = 4096 * WIDTH
 MAX_POSITION_MM = 1e6
@@ -58,15 +69,21 @@ class Canon(ToolCalls, ClampComments, interpreter_process.Canon):
         self.send, self.tools = send, tools
         self.records = array.array("d")
         self.count, self.line, self.seen, self.plane = 0, 0, 0, 1
-        self.feed_rate, self.unchecked = 0.0, None     # mm/min, and the mode it counts in if that is not judged
+        self.feed_rate, self.unchecked = 0.0, None  # mm/min, and the mode it counts in if that is not judged
         self.spindle = self.tools.entry(0) if job["random"] else self.tools.of_number(job["tool"])
         self.g5x, self.g92, self.angle, self.sin, self.cos = (0.0,) * 3, (0.0,) * 3, 0.0, 0.0, 1.0
-        self.at = [0.0, 0.0, 0.0]           # inch, work coordinates without offsets
-        self.stop, self.fed, self.probed, self.ended, self.carries = None, False, False, False, False       # ended: judged up to here
+        self.at = [0.0, 0.0, 0.0]  # inch, work coordinates without offsets
+        self.stop, self.fed, self.probed, self.ended, self.carries = (
+            None,
+            False,
+            False,
+            False,
+            False,
+        )  # ended: judged up to here
         self.messages, self.notes, self.trace, self.modes = [], [], None, MotionModes(job["axis_mask"])
         self.pending = []
         self.wants_targets, self._owns_stock = job["targets"], False
-        self.exact = job["written"] or job["targets"]       # for rewriting and the page: nothing is read around
+        self.exact = job["written"] or job["targets"]  # for rewriting and the page: nothing is read around
         if job["spindle"] is not None or job["tool"] and self.spindle[0] > 0:
             self._tool_event(job["spindle"])
         if job["stock"]:
@@ -106,7 +123,7 @@ class Canon(ToolCalls, ClampComments, interpreter_process.Canon):
         self.at = x * self.cos + y * self.sin - g92[0], y * self.cos - x * self.sin - g92[1], z - g5x[2] - g92[2]
         self._event(FRAME, self.angle, *(v * INCH for v in (*self.g5x, *self.g92)))
         if self.probed and not self.fed and not self._owns_stock:
-            self.carries = True                     # the zero that is probed is that of the stock
+            self.carries = True  # the zero that is probed is that of the stock
             if self.job["stock"]:
                 self._put = self._first_put
 
@@ -128,7 +145,9 @@ class Canon(ToolCalls, ClampComments, interpreter_process.Canon):
         """A move to a place in work coordinates, inch."""
         if self.pending:
             self.place_clamps()
-        unnamed = self.modes.unnamed and self.modes.named(self._interpreter, [] if kind == ARC else [a - b for a, b in zip((x, y, z), self.at)])
+        unnamed = self.modes.unnamed and self.modes.named(
+            self._interpreter, [] if kind == ARC else [a - b for a, b in zip((x, y, z), self.at)]
+        )
         self.records.extend((kind, self.line, *self._machine(x, y, z), feed, first, unnamed, 0.0, 0.0))
         self.count += 1
         if len(self.records) >= BLOCK:
@@ -136,10 +155,12 @@ class Canon(ToolCalls, ClampComments, interpreter_process.Canon):
 
     def _flush(self):
         if self.count > self.job["most_moves"]:
-            self.refuse(f"the program makes more than {self.job['most_moves']} moves", "look for a loop without an end", True)
+            self.refuse(
+                f"the program makes more than {self.job['most_moves']} moves", "look for a loop without an end", True
+            )
         self.send(b"R", self.records.tobytes())
         del self.records[:]
-        limit_computing(self.job["quiet_s"])          # from here, unless more moves come
+        limit_computing(self.job["quiet_s"])  # from here, unless more moves come
 
     def _event(self, kind, *values):
         self.records.extend((kind, self.line, *values, *(0.0,) * (WIDTH - 2 - len(values))))
@@ -149,19 +170,21 @@ class Canon(ToolCalls, ClampComments, interpreter_process.Canon):
     # ---- moves ----------------------------------------------------------------------------------------------
 
     def next_line(self, state):
-        self._judge_feed_mode(_UNCHECKED.get(state.feed_mode))      # the modes are those after the line before
+        self._judge_feed_mode(_UNCHECKED.get(state.feed_mode))  # the modes are those after the line before
         self.units = state.units
         self.modes.touched_off(self.modes.unnamed and self._interpreter)
         if self.job["judged"] and not self.job["written"]:
             for kind, value in self.modes.changes(state, self.count, self._interpreter):
                 self._event(kind, value)
         if self.trace is None:
-            self.line = state.sequence_number if state.sequence_number >= 0 else self.seen      # -1: within G70 to G72
-            self.seen = self.line or self.seen      # under G93 a line with F, which is remapped, has no number
+            self.line = state.sequence_number if state.sequence_number >= 0 else self.seen  # -1: within G70 to G72
+            self.seen = self.line or self.seen  # under G93 a line with F, which is remapped, has no number
 
     def _judge_feed_mode(self, unchecked):
         if unchecked == _INVERSE_TIME and not self.exact:
-            self._note(f"{unchecked}: it is judged at the feeds that follow from its times")       # the interpreter gives those
+            self._note(
+                f"{unchecked}: it is judged at the feeds that follow from its times"
+            )  # the interpreter gives those
         elif unchecked == _PER_REVOLUTION and not self.exact and self._speed():
             self._note(f"{unchecked}: it is judged at the feeds that follow from S")
         elif unchecked:
@@ -176,6 +199,7 @@ class Canon(ToolCalls, ClampComments, interpreter_process.Canon):
         """The interpreter as Python sees it, None where the INI file has no [PYTHON]."""
         try:
             import interpreter
+
             return interpreter.this
         except ImportError:
             return None
@@ -223,8 +247,11 @@ class Canon(ToolCalls, ClampComments, interpreter_process.Canon):
         for k in range(1, pieces + 1):
             t = k / pieces
             angle, r = start + sweep * t, radius + (end_radius - radius) * t
-            p = ((cx + r * math.cos(angle), cy + r * math.sin(angle), own[2] + (z1 - own[2]) * t) if k < pieces
-                 else (x1, y1, z1))
+            p = (
+                (cx + r * math.cos(angle), cy + r * math.sin(angle), own[2] + (z1 - own[2]) * t)
+                if k < pieces
+                else (x1, y1, z1)
+            )
             self._put(ARC, p[order[0]], p[order[1]], p[order[2]], feed, 1.0 if k == 1 else 0.0)
         self.at = [(x1, y1, z1)[i] for i in order]
 
@@ -236,12 +263,19 @@ class Canon(ToolCalls, ClampComments, interpreter_process.Canon):
     def straight_probe(self, *place):
         """It may end anywhere: it cuts nothing, and ends at its target as in a preview."""
         if self.exact:
-            self.refuse("the program probes (G38): what it finds is known on the machine only", "check the parts before and behind it")
-        self._note("the program probes (G38): it is judged as if the probe met nothing, what it finds is known on the machine only")
+            self.refuse(
+                "the program probes (G38): what it finds is known on the machine only",
+                "check the parts before and behind it",
+            )
+        self._note(
+            "the program probes (G38): it is judged as if the probe met nothing, what it finds is known on the machine "
+            "only"
+        )
         self.at, self.probed = place[:3], True
 
     def set_feed_rate(self, rate):
-        """A line with an F that is remapped leaves the state of next_line() as it was (2.9), also if it has G93 or G95, which need one."""
+        """A line with an F that is remapped leaves the state of next_line() as it was (2.9), also if it has G93 or G95,
+        which need one."""
         if self._interpreter is not None:
             self.unchecked = _UNCHECKED_NOW.get(int(self._interpreter.feed_mode))
         self.feed_rate = rate * INCH
@@ -259,8 +293,14 @@ class Canon(ToolCalls, ClampComments, interpreter_process.Canon):
         """A stock of the program's own: it takes the place of the one named by the user."""
         if self.job["stock"] and not self._owns_stock:
             self._owns_stock, before = True, "_put" in self.__dict__
-            self.notes.append([self.line, f"--stock is not used: the program defines its stock with {code}" if before else
-                               f"the stock of --stock ends: the program defines its own with {code}"])
+            self.notes.append(
+                [
+                    self.line,
+                    f"--stock is not used: the program defines its stock with {code}"
+                    if before
+                    else f"the stock of --stock ends: the program defines its own with {code}",
+                ]
+            )
             self.__dict__.pop("_put", None)
 
     def restored(self, line, slot):
@@ -307,7 +347,8 @@ def limit(cpu_s):
 
 
 def line_of(canon, line, text):
-    """The line of an error.  gcode returns the next line if one cannot be read, but not if it cannot be executed (2.9)."""
+    """The line of an error.  gcode returns the next line if one cannot be read, but not if it cannot be executed
+    (2.9)."""
     job = canon.job
     with open(job["program"], encoding="utf-8", errors="surrogateescape") as program:
         before = next(itertools.islice(program, line - 2, None), "") if line > 1 else ""
@@ -325,9 +366,11 @@ def main():
         limit_memory(job["memory_mb"])
     canon = Canon(job, send, ToolTable(job["table"], job["random"]))
     from chipwise.program import preview
+
     preview.listener = canon
     if job["watched"] is not None:
         from chipwise.program.executed_words import Trace
+
         canon.trace = Trace(canon, job["watched"])
     error, line = None, 0
     try:
@@ -342,8 +385,22 @@ def main():
     except Stop:
         pass
     send(b"R", canon.records.tobytes())
-    send(b"E", json.dumps({"error": error, "stop": canon.stop, "line": line, "last": canon.line, "moves": canon.count, "carries": canon.carries,
-                           "messages": canon.messages, "notes": canon.notes, "trace": canon.trace and canon.trace.items}).encode())
+    send(
+        b"E",
+        json.dumps(
+            {
+                "error": error,
+                "stop": canon.stop,
+                "line": line,
+                "last": canon.line,
+                "moves": canon.count,
+                "carries": canon.carries,
+                "messages": canon.messages,
+                "notes": canon.notes,
+                "trace": canon.trace and canon.trace.items,
+            }
+        ).encode(),
+    )
 
 
 if __name__ == "__main__":

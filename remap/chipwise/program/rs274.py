@@ -26,7 +26,7 @@ from chipwise.host.temp_folder import OwnFolder, check_room, put
 from chipwise.settings import SECTION, parse_settings
 
 PATIENCE_S = 60.0
-PROBE = "G21\nT1 M6\nG43\nM2\n"                 # prints the length of a tool of 1 machine unit in mm
+PROBE = "G21\nT1 M6\nG43\nM2\n"  # prints the length of a tool of 1 machine unit in mm
 LENGTHS = re.compile(r"(?<![A-Za-z])([DXYZUVW])\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+))", re.IGNORECASE)
 PATH_KEYS = ("TOOL_GEOMETRY", "MATERIALS", "STOCK_DIR", "STATIONS", "CLAMPS", "TURNING_STEPS")
 TABLE = re.compile(r"(?m)^(\s*TOOL_TABLE\s*=\s*)([^\s#;].*?)(?=\s*$| #)")
@@ -48,12 +48,21 @@ def units_in_mm(linear_units):
 def tool_table_unit(linear_units="mm"):
     """mm per unit of rs274's tool table under an INI file with these LINEAR_UNITS."""
     with OwnFolder("rs274") as folder:
-        files = {"probe.ini": f"[TRAJ]\nLINEAR_UNITS = {linear_units}\n", "probe.tbl": "T1 P1 Z1 D1\n",
-                 "probe.var": "5161 0\n", "probe.ngc": PROBE}
+        files = {
+            "probe.ini": f"[TRAJ]\nLINEAR_UNITS = {linear_units}\n",
+            "probe.tbl": "T1 P1 Z1 D1\n",
+            "probe.var": "5161 0\n",
+            "probe.ngc": PROBE,
+        }
         for name, text in files.items():
             put(folder, name, text)
-        done = start(["-i", "probe.ini", "-t", "probe.tbl", "-v", "probe.var", "probe.ngc"], folder, folder,
-                     capture_output=True, timeout=PATIENCE_S)
+        done = start(
+            ["-i", "probe.ini", "-t", "probe.tbl", "-v", "probe.var", "probe.ngc"],
+            folder,
+            folder,
+            capture_output=True,
+            timeout=PATIENCE_S,
+        )
         check_room(folder, done.returncode)
     length = re.search(r"USE_TOOL_LENGTH_OFFSET\(\S+ \S+ ([\d.]+)", done.stdout)
     if not length:
@@ -65,14 +74,22 @@ def start(arguments, home, directory, call=subprocess.run, **options):
     """rs274 -g ARGUMENTS -> CompletedProcess, or what `call` gives."""
     environment = {**os.environ, "HOME": str(home), "LC_ALL": "C"}
     try:
-        return call(["rs274", "-g", *arguments], cwd=directory, env=environment, text=True, errors="replace",
-                    stdin=subprocess.DEVNULL, **options)
+        return call(
+            ["rs274", "-g", *arguments],
+            cwd=directory,
+            env=environment,
+            text=True,
+            errors="replace",
+            stdin=subprocess.DEVNULL,
+            **options,
+        )
     except FileNotFoundError:
         raise Rs274Error("LinuxCNC's rs274 is not on the PATH; install linuxcnc-uspace") from None
 
 
 def relayed(arguments, home, directory, to):
-    """As start(), with the standard output written to the stream `to`: rs274 itself does not see that its output cannot be written.
+    """As start(), with the standard output written to the stream `to`: rs274 itself does not see that its output cannot
+    be written.
 
     Raises OSError.  -> Popen that has ended"""
     with start(arguments, home, directory, call=subprocess.Popen, stdout=subprocess.PIPE) as process:
@@ -86,7 +103,8 @@ def relayed(arguments, home, directory, to):
 
 
 def run(program, ini, to=None, **options):
-    """A program on the machine of an INI file, tool table included; work offsets are 0.  -> CompletedProcess or Popen, with its returncode
+    """A program on the machine of an INI file, tool table included; work offsets are 0.  -> CompletedProcess or Popen,
+    with its returncode
 
     to: stream that gets the standard output; else options of subprocess.run()."""
     ini = os.path.abspath(ini)
@@ -100,13 +118,17 @@ def run(program, ini, to=None, **options):
         if table:
             path = os.path.join(directory, os.path.expanduser(table))
             linear_units = section_of(text.splitlines(), "TRAJ").get("LINEAR_UNITS", "mm")
-            tools = _read(path, lambda name: Path(name).read_text(encoding="utf-8", errors="surrogateescape"), "[EMCIO]TOOL_TABLE")
+            tools = _read(
+                path, lambda name: Path(name).read_text(encoding="utf-8", errors="surrogateescape"), "[EMCIO]TOOL_TABLE"
+            )
             files["machine.tbl"] = scaled_table(tools, units_in_mm(linear_units) / tool_table_unit(linear_units))
             arguments += ["-t", f"{folder}/machine.tbl"]
         for name, content in files.items():
             put(folder, name, content)
         arguments.append(os.path.abspath(program))
-        done = start(arguments, folder, directory, **options) if to is None else relayed(arguments, folder, directory, to)
+        done = (
+            start(arguments, folder, directory, **options) if to is None else relayed(arguments, folder, directory, to)
+        )
         check_room(folder, done.returncode)
         return done
 
@@ -126,7 +148,9 @@ def _read(path, call, key):
     try:
         return call(path)
     except OSError as error:
-        raise Rs274Error(f"{key} {error.filename or path} cannot be read: {error.strerror}; correct the INI file") from None
+        raise Rs274Error(
+            f"{key} {error.filename or path} cannot be read: {error.strerror}; correct the INI file"
+        ) from None
 
 
 def usable_elsewhere(text, directory):

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What LinuxCNC's interpreter calls about tools, as TOOL and LENGTH records.  Called by reader_runner.py, whose Canon has the job, the tool table and _event()."""
+"""What LinuxCNC's interpreter calls about tools, as TOOL and LENGTH records.  Called by reader_runner.py, whose Canon
+has the job, the tool table and _event()."""
 
 from chipwise.program.records import LENGTH, TOOL
 from chipwise.program.canon import INCH
@@ -15,7 +16,9 @@ class ToolCalls:
     def _tool_event(self, number=None):
         """The tool in the spindle; number: of one that is assumed."""
         number, had = (max(0, self.spindle[0]), self.spindle[10]) if number is None else (number, 0.0)
-        self._event(TOOL, number, had / self.job["units_per_mm"] if had > 0 else self.job["diameters"].get(str(number), 0.0))
+        self._event(
+            TOOL, number, had / self.job["units_per_mm"] if had > 0 else self.job["diameters"].get(str(number), 0.0)
+        )
 
     def tool_offset(self, *offsets):
         if self.job["judged"] and not self.exact:

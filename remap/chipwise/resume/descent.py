@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How the tool gets onto the path again: straight down where it has been, a little before the place, then along the path itself.  Called by run.py.
+"""How the tool gets onto the path again: straight down where it has been, a little before the place, then along the
+path itself.  Called by run.py.
 
- 1. The place to come down at is a point of the path before the stop: the space above it is cut (a height map has no undercut), and from there the tool
-    enters the cut along its own path.  Vertices of arcs are taken as they are.
+ 1. The place to come down at is a point of the path before the stop: the space above it is cut (a height map has no
+    undercut), and from there the tool enters the cut along its own path.  Vertices of arcs are taken as they are.
  2. The approach is a traverse as far as no stock is within the tool's radius and the clearance, and a feed from there.
  3. Both are tried in the stock: the traverse with a tool that is larger by the clearance, the feed with the tool.
 
@@ -18,15 +19,16 @@ from chipwise.program.reader import Unreadable
 from chipwise.resume.place import Place
 from chipwise.clib.core import Cutter, Tool
 
-BACK_MM = (1.5, 0.75, 0.0, 3.0, 6.0, 12.0, 24.0, 48.0)      # before the stop, in the order they are tried
-GAP_MM = 1.0                # above stock, where a traverse down ends
-MET_SHARE = 2e-3            # of the column that a feed down may meet: walls of the map's cells
-SKIN_MM = 0.05              # by which the tool is smaller that looks whether it is free
+BACK_MM = (1.5, 0.75, 0.0, 3.0, 6.0, 12.0, 24.0, 48.0)  # before the stop, in the order they are tried
+GAP_MM = 1.0  # above stock, where a traverse down ends
+MET_SHARE = 2e-3  # of the column that a feed down may meet: walls of the map's cells
+SKIN_MM = 0.05  # by which the tool is smaller that looks whether it is free
 
 
 @dataclass
 class Approach:
-    """place (3,), where the tool comes down; free: Z down to which it is a traverse; feed (mm/min) below; at: place.Place of the path there."""
+    """place (3,), where the tool comes down; free: Z down to which it is a traverse; feed (mm/min) below; at:
+    place.Place of the path there."""
 
     place: np.ndarray
     free: float
@@ -52,8 +54,8 @@ def point(path, place):
 
 
 def before(path, program, place, length):
-    """The Place `length` mm before another one along feed moves of one tool, or where they begin; on arcs the vertex before it: a chord may be of
-    several segments."""
+    """The Place `length` mm before another one along feed moves of one tool, or where they begin; on arcs the vertex
+    before it: a chord may be of several segments."""
     k, share = place.segment, place.share
     if k >= len(path.move):
         k, share = len(path.move) - 1, 1.0
@@ -88,7 +90,9 @@ def find(path, program, place, stock, clearance, backs=BACK_MM):
 def highest(stock, x, y, reach):
     """mm: highest stock within a distance of a place; the bottom without any."""
     head, cells = stock.head, stock.cells
-    columns = slice(max(0, int((x - reach - head.x0) / head.cell) - 1), max(0, int((x + reach - head.x0) / head.cell) + 2))
+    columns = slice(
+        max(0, int((x - reach - head.x0) / head.cell) - 1), max(0, int((x + reach - head.x0) / head.cell) + 2)
+    )
     rows = slice(max(0, int((y - reach - head.y0) / head.cell) - 1), max(0, int((y + reach - head.y0) / head.cell) + 2))
     part = cells["top"][rows, columns]
     return float(part.max()) if part.size else head.z_min
@@ -108,7 +112,7 @@ def approach(path, program, at, stock, clearance):
     try:
         slim = _slim(shape)
         met = Cutter(stock, slim, (*where[:2], above)).to((*where[:2], where[2] + SKIN_MM))
-        column = np.pi * slim.radius ** 2 * max(min(above, stock.head.z_max) - where[2], 0.1)
+        column = np.pi * slim.radius**2 * max(min(above, stock.head.z_max) - where[2], 0.1)
         if met > MET_SHARE * column:
             return None
     finally:
@@ -119,4 +123,6 @@ def approach(path, program, at, stock, clearance):
 def _slim(shape):
     """The tool of a Shape, smaller by SKIN_MM in radius; a pointed one is the same."""
     less = 0.0 if shape.tip_angle else min(SKIN_MM, shape.diameter / 8)
-    return Tool(shape.diameter - 2 * less, max(min(shape.corner_radius, shape.diameter / 2) - less, 0.0), shape.tip_angle)
+    return Tool(
+        shape.diameter - 2 * less, max(min(shape.corner_radius, shape.diameter / 2) - less, 0.0), shape.tip_angle
+    )

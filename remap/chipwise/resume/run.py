@@ -30,13 +30,14 @@ from chipwise.stock.reasons import SLOTS
 from chipwise.tool_data.geometry import load_tools
 
 _FILE = re.compile(rb"(\([ \t]*SURFACE[ \t]*,[^()\n]*?FILE[ \t]*=)([^,()\n]+)", re.I)
-_OURS = "(chipwise resume: goes on with "         # the first line of a program of ours, before the name
-MARK_FILE = "resume.slot"       # in STOCK_DIR: the slot that is ours
+_OURS = "(chipwise resume: goes on with "  # the first line of a program of ours, before the name
+MARK_FILE = "resume.slot"  # in STOCK_DIR: the slot that is ours
 
 
 @dataclass(frozen=True)
 class Order:
-    """line: of the program, None: where the kept stock says; seconds: of program time before that; broke: a new tool is put in there."""
+    """line: of the program, None: where the kept stock says; seconds: of program time before that; broke: a new tool is
+    put in there."""
 
     line: Optional[int] = None
     seconds: float = 0.0
@@ -63,7 +64,10 @@ class Resumed:
         except OSError as error:
             with contextlib.suppress(OSError):
                 remove_durable(path)
-            raise Unreadable(f"the number of the slot cannot be written: {mark}: {error.strerror}", "make room, or remove what has that name") from error
+            raise Unreadable(
+                f"the number of the slot cannot be written: {mark}: {error.strerror}",
+                "make room, or remove what has that name",
+            ) from error
 
 
 def resumed(path, order, machine, **limits):
@@ -93,16 +97,18 @@ def goes_on_with(path):
             first = os.fsdecode(file.readline(1000))
     except OSError:
         return ""
-    return first[len(_OURS):].rpartition(" in line ")[0] if first.startswith(_OURS) else ""
+    return first[len(_OURS) :].rpartition(" in line ")[0] if first.startswith(_OURS) else ""
 
 
 def with_paths(program):
-    """A Program whose text has the whole paths of the models that SURFACE comments name beside the program: it is read from other folders."""
+    """A Program whose text has the whole paths of the models that SURFACE comments name beside the program: it is read
+    from other folders."""
     folder = os.path.dirname(os.path.abspath(program.path))
 
     def whole(match):
         path = os.path.join(folder, os.fsdecode(match[2].strip()))
         return match[1] + os.fsencode(path) if os.path.exists(path) and not set("(),;") & set(path) else match[0]
+
     data = _FILE.sub(whole, program.source.data)
     return program if data == program.source.data else replace(program, source=Lines(data))
 
@@ -123,7 +129,14 @@ class Job:
     """One program and its machine."""
 
     def __init__(self, path, program, machine, geometry, settings, limits):
-        self.file, self.program, self.machine, self.geometry, self.settings, self.limits = path, program, machine, geometry, settings, limits
+        self.file, self.program, self.machine, self.geometry, self.settings, self.limits = (
+            path,
+            program,
+            machine,
+            geometry,
+            settings,
+            limits,
+        )
         self.folder = settings.path("STOCK_DIR")
 
     @functools.cached_property
@@ -146,12 +159,15 @@ class Job:
             places.check_left(path, program, wanted, undone, at)
         try:
             places.prove(path, program, found, at, wanted)
-        except Unreadable:                  # the note may be newer than the cells, and some cells than others
+        except Unreadable:  # the note may be newer than the cells, and some cells than others
             at = places.before_older(path, wanted, undone, at)
             places.prove(path, program, found, at, wanted)
         said = [f"The stock is that of {os.path.basename(found.path)}, with {found.head.removed:.0f} mm3 cut."]
         if at.tip:
-            said.append("The machine stopped at X{:.3f} Y{:.3f} Z{:.3f} mm machine".format(*at.tip) + f", {at.off:.3f} mm off the path.")
+            said.append(
+                "The machine stopped at X{:.3f} Y{:.3f} Z{:.3f} mm machine".format(*at.tip)
+                + f", {at.off:.3f} mm off the path."
+            )
         else:
             said.append("Where the tool stopped is not known; the place is that of the last cut.")
         if order.seconds or order.broke:
@@ -159,28 +175,39 @@ class Job:
         return Stopped(stocks.stock_of(found), found.head.removed, path, at, said)
 
     def _checked(self, note):
-        """The Note.  Raises Unreadable where it names another program, or where this one was edited since.  A program of ours that goes on with this one
-        counts as this one, but its line numbers do not."""
+        """The Note.  Raises Unreadable where it names another program, or where this one was edited since.  A program
+        of ours that goes on with this one counts as this one, but its line numbers do not."""
         if note is None or not note.program:
             return note
         if goes_on_with(note.program) == plain_name(self.file):
             note = replace(note, line=0)
         elif os.path.basename(note.program) != os.path.basename(self.file):
-            raise Unreadable(f"the kept stock is of another program, {os.path.basename(note.program)}", "name that one, or say where to go on with --line N")
+            raise Unreadable(
+                f"the kept stock is of another program, {os.path.basename(note.program)}",
+                "name that one, or say where to go on with --line N",
+            )
         if note.time and os.path.getmtime(self.file) > note.time + 1.0:
-            raise Unreadable("the program was edited after the stock was kept", "take the program that ran, or say where to go on with --line N")
+            raise Unreadable(
+                "the program was edited after the stock was kept",
+                "take the program that ran, or say where to go on with --line N",
+            )
         return note
 
     def _earlier(self, path, at, order, said, head):
         """The Stopped some seconds before a place, or where its tool was put in: the stock is the program's."""
         if order.seconds:
             at = places.back_by(path, at, order.seconds)
-            said.append(f"{order.seconds:g} s of program time before that nothing was cut any more; the stock is the program's up to there.")
+            said.append(
+                f"{order.seconds:g} s of program time before that nothing was cut any more; the stock is the program's "
+                f"up to there."
+            )
         else:
-            same = path.tool[:min(at.segment, len(path.tool) - 1) + 1]
+            same = path.tool[: min(at.segment, len(path.tool) - 1) + 1]
             other = np.flatnonzero(same != same[-1])
             at = places.Place(int(other[-1]) + 1 if len(other) else 0, 0.0)
-            said.append("The tool is said to have broken at an unknown moment; the stock is the program's where it was put in.")
+            said.append(
+                "The tool is said to have broken at an unknown moment; the stock is the program's where it was put in."
+            )
         stock = stocks.blank(head)
         removed = walk.cut_to(path, stock, self.program, at.segment, at.share)
         return Stopped(stock, removed, path, at, said)
@@ -200,7 +227,9 @@ class Job:
         room = stocks.most_cells(self.settings)
         stock = stocks.of_record(own[-1], self.settings["CELL"], None)
         if stock.head.capacity > room:
-            raise Unreadable("the program's stock does not fit into the map", "use a larger [CHIPWISE]CELL", own[-1].line)
+            raise Unreadable(
+                "the program's stock does not fit into the map", "use a larger [CHIPWISE]CELL", own[-1].line
+            )
         path = walk.path_of(program, self.machine, self.geometry, own[-1].at)
         at = places.Place(int(np.searchsorted(path.move, move)), 0.0)
         said = [f"The stock is the program's before line {order.line}."]
@@ -227,20 +256,28 @@ class Job:
         frame = new.frames[new.frame[found.step]]
         own_clamps, left = clamps.kept(new, line, now, self.machine.ini)
         said += left
-        lines = clamps.with_kept(text.head(now, frame, found.approach, slot, self._top(), notes), own_clamps, self._top())
+        lines = clamps.with_kept(
+            text.head(now, frame, found.approach, slot, self._top(), notes), own_clamps, self._top()
+        )
         if order.broke:
-            lines.insert(lines.index(f"T{now.tool} M6") if f"T{now.tool} M6" in lines else 4, f"M0 (put a new tool {now.tool} in and measure its length)")
+            lines.insert(
+                lines.index(f"T{now.tool} M6") if f"T{now.tool} M6" in lines else 4,
+                f"M0 (put a new tool {now.tool} in and measure its length)",
+            )
         first = [f"{_OURS}{plain_name(self.file)} in line {cut.own_line})", *text.subs_before(new, line), *lines]
         try:
             data = self._written(found, now, first, stopped.stock, False)
-        except Different:                   # what a later cycle plans depends on lines that are done
+        except Different:  # what a later cycle plans depends on lines that are done
             data = self._written(found, now, first, stopped.stock, True)
         return Resumed(data, said, stopped.stock, stopped.removed, slot, self.folder)
 
     def _written(self, found, now, first, stock, cycles):
-        """Bytes of the new program, compared.  first: its lines before the rest; cycles: as in text.rest().  Raises Unreadable, Different."""
+        """Bytes of the new program, compared.  first: its lines before the rest; cycles: as in text.rest().  Raises
+        Unreadable, Different."""
         try:
-            rest = text.rest(found.followed.program, found.line, found.step, found.moves, found.approach.place, now.motion, cycles)
+            rest = text.rest(
+                found.followed.program, found.line, found.step, found.moves, found.approach.place, now.motion, cycles
+            )
         except Unreadable as error:
             error.args = (f"the rest of the line cannot be written: {error}",)
             raise
@@ -256,12 +293,17 @@ class Job:
         except (TypeError, ValueError):
             value = 1e99
         if not abs(value) < 1e5:
-            raise Unreadable("[AXIS_Z]MAX_LIMIT is not set, so the height of the retract is not known", "set it in the INI file")
+            raise Unreadable(
+                "[AXIS_Z]MAX_LIMIT is not set, so the height of the retract is not known", "set it in the INI file"
+            )
         return value * self.machine.unit_mm
 
     def _slot(self):
         """The slot of the resume before, unless M253 has saved another stock there since, else one without a file."""
-        paths, mark = [os.path.join(self.folder, store.slot_name(slot)) for slot in range(SLOTS)], os.path.join(self.folder, MARK_FILE)
+        paths, mark = (
+            [os.path.join(self.folder, store.slot_name(slot)) for slot in range(SLOTS)],
+            os.path.join(self.folder, MARK_FILE),
+        )
         with contextlib.suppress(OSError, ValueError):
             own = int(read_bytes(mark, 20))
             if own in range(SLOTS) and os.path.getmtime(paths[own]) <= os.path.getmtime(mark):
@@ -283,10 +325,14 @@ class Job:
             yield f"It waits (M0) until a new tool {now.tool} is in."
         spindle = next((f"M{code} S{now.settings[1]:g}" for code in (3, 4) if code in now.m), "off")
         coolant = " ".join(f"M{code}" for code in (7, 8) if code in now.m) or "off"
-        yield f"Then tool {now.tool}, {now.length}, spindle {spindle}, coolant {coolant}" + (", M251 as it was." if now.volume else ".")
+        yield f"Then tool {now.tool}, {now.length}, spindle {spindle}, coolant {coolant}" + (
+            ", M251 as it was." if now.volume else "."
+        )
         feed = found.approach.feed or now.feed or text.SLOW
-        yield (f"It traverses above everything, then comes down, the last {found.approach.free - found.approach.place[2]:.1f} mm at F{feed:.0f} mm/min, and goes on along the "
-               "path.")
+        yield (
+            f"It traverses above everything, then comes down, the last "
+            f"{found.approach.free - found.approach.place[2]:.1f} mm at F{feed:.0f} mm/min, and goes on along the "
+            "path."
+        )
         for line, what in now.skipped[:3]:
             yield f"{what} of line {line} is not run again."
-

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The line of a program in which it goes on, and what is left of it.  Called by run.py.
 
- 1. If the approach is in a call, a loop or a condition, that block is written out first (rewrite/unroll.py).
- 2. A straight move goes on at any place, an arc at a vertex of its chords.
- 3. With cutter compensation it goes on where that begins; a line that does more than move is run again from its beginning, or from the approach if that is in
-    its first step and it ends where it would have.
+1. If the approach is in a call, a loop or a condition, that block is written out first (rewrite/unroll.py).
+2. A straight move goes on at any place, an arc at a vertex of its chords.
+3. With cutter compensation it goes on where that begins; a line that does more than move is run again from its
+   beginning, or from the approach if that is in its first step and it ends where it would have.
 """
 
 import math
@@ -24,13 +24,13 @@ from chipwise.rewrite.program import Circle, read
 from chipwise.rewrite.text import Writer
 
 ROUNDS = 6
-_AXES = {1: (0, 1, 2), 2: (1, 2, 0), 3: (2, 0, 1)}         # of a Circle's plane: first, second, along
+_AXES = {1: (0, 1, 2), 2: (1, 2, 0), 3: (2, 0, 1)}  # of a Circle's plane: first, second, along
 
 
 @dataclass
 class Found:
-    """followed: the Followed program; step: of it; line: its line; moves: what is left of the step, None: all of the line; approach: descent.Approach; own_line: of
-    the user's program."""
+    """followed: the Followed program; step: of it; line: its line; moves: what is left of the step, None: all of the
+    line; approach: descent.Approach; own_line: of the user's program."""
 
     followed: object
     step: int
@@ -99,7 +99,9 @@ class Split:
         """(step, 0) where it has to go on instead [3]; None: the line can be divided."""
         modes = program.modes
         own = steps_of(program, line)
-        if 1 <= line <= len(modes) and (modes[line - 1].cutter_side != 40 or line > 1 and modes[line - 2].cutter_side != 40):
+        if 1 <= line <= len(modes) and (
+            modes[line - 1].cutter_side != 40 or line > 1 and modes[line - 2].cutter_side != 40
+        ):
             first = line
             while first > 1 and modes[first - 2].cutter_side != 40:
                 first -= 1
@@ -114,7 +116,8 @@ class Split:
 
     @staticmethod
     def _ends_alike(program, line, step):
-        """Whether a line as it is, begun within its first step, gets to the same end.  The end of a move that enters compensation depends on its beginning."""
+        """Whether a line as it is, begun within its first step, gets to the same end.  The end of a move that enters
+        compensation depends on its beginning."""
         modes = program.modes[line - 1]
         return modes.cutter_side == 40 and modes.distance == 90 and program.circle[step] < 0
 
@@ -133,10 +136,15 @@ class Split:
     @staticmethod
     def _circle(program, step, share):
         """The Circle of what is left of an arc."""
-        circle, (a, b, along) = program.circles[program.circle[step]], _AXES[program.circles[program.circle[step]].plane]
+        circle, (a, b, along) = (
+            program.circles[program.circle[step]],
+            _AXES[program.circles[program.circle[step]].plane],
+        )
         start, end = program.start(int(program.first[step])), program.end[int(program.first[step + 1]) - 1]
         centre = circle.centre
-        sweep = arc_sweep((start[a], start[b], start[along]), (end[a], end[b]), (centre[a], centre[b]), circle.turns, 1.0)
+        sweep = arc_sweep(
+            (start[a], start[b], start[along]), (end[a], end[b]), (centre[a], centre[b]), circle.turns, 1.0
+        )
         turns = max(1, math.ceil(abs(sweep) * (1 - share) / (2 * math.pi) - 1e-9))
         return Circle(circle.plane, circle.centre, math.copysign(turns, circle.turns))
 
@@ -150,7 +158,9 @@ class Split:
             raise Unreadable("nothing moves behind the stop", "nothing is left to go on with")
         if real[number] != step:
             fraction = 0.0
-        self.followed = calls._without(self.followed, {block}, lambda name: read(name, job.machine, **job.limits), job.machine, None, job.limits)
+        self.followed = calls._without(
+            self.followed, {block}, lambda name: read(name, job.machine, **job.limits), job.machine, None, job.limits
+        )
         new = self.followed.program
         first = int(self.path.move[0])
         before = int(np.searchsorted(real, old.step[first]))
@@ -170,4 +180,3 @@ class _Check(Writer):
     def check(self, line):
         """Raises Unreadable."""
         self._check(line)
-

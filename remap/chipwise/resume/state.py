@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What is in force in a program before one of its lines: modes, offsets, tool, spindle, coolant, parameters.  Called by run.py.
+"""What is in force in a program before one of its lines: modes, offsets, tool, spindle, coolant, parameters.  Called by
+run.py.
 
-Read by LinuxCNC's own interpreter with a mark behind the line before (rewrite/line_marks.py, program/executed_words.py).
+Read by LinuxCNC's own interpreter with a mark behind the line before (rewrite/line_marks.py,
+program/executed_words.py).
 """
 
 from dataclasses import dataclass, field
@@ -15,14 +17,16 @@ from chipwise.program.executed_words import LINE, STATES
 from chipwise.rewrite.marked_reader import FEED, ITEM, LINE_NUMBER, MOTION, WHAT, Followed
 
 _REFUSED = {92: "G92", 92.3: "G92.3", 52: "G52", 5.1: "G5.1", 43.1: "G43.1", 43.2: "G43.2", 96: "G96"}
-_OUTPUTS = {62: 64, 63: 65, 64: 64, 65: 65, 67: 68, 68: 68}         # the code that sets one at once
+_OUTPUTS = {62: 64, 63: 65, 64: 64, 65: 65, 67: 68, 68: 68}  # the code that sets one at once
 
 
 @dataclass
 class State:
-    """g: modal G codes ten times; m: modal M codes; motion: G code; feed: F, mm/min; settings: F as LinuxCNC shows it, S, P and Q of G64, in the units in force; parameters: {name: value};
-    tool, prepared: numbers; length: text of G43 or G49; volume: values of a VOLUME record or None; outputs: texts; system: whether
-    a coordinate system was set; skipped: [(line, text)] of what is not run again; clamps: set-up of the last M256, 0: none, None without M256; clamps_line: its line."""
+    """g: modal G codes ten times; m: modal M codes; motion: G code; feed: F, mm/min; settings: F as LinuxCNC shows it,
+    S, P and Q of G64, in the units in force; parameters: {name: value}; tool, prepared: numbers; length: text of G43 or
+    G49; volume: values of a VOLUME record or None; outputs: texts; system: whether a coordinate system was set;
+    skipped: [(line, text)] of what is not run again; clamps: set-up of the last M256, 0: none, None without M256;
+    clamps_line: its line."""
 
     g: list
     m: list
@@ -72,7 +76,9 @@ def before(followed, line, move, machine, limits):
     mark = own.program.marks[found[0]]
     item = own.program.items[int(mark[ITEM])]
     active = item["active"]
-    state = State(active["g"], active["m"], float(mark[MOTION]) / 10, float(mark[FEED]), active["settings"], item["parameters"])
+    state = State(
+        active["g"], active["m"], float(mark[MOTION]) / 10, float(mark[FEED]), active["settings"], item["parameters"]
+    )
     _codes(state, own.program, int(found[0]))
     for event in program.events:
         if event.at <= move and event.kind == records.VOLUME and event.line < line:
@@ -90,14 +96,22 @@ def _codes(state, program, last):
         words = item["words"]
         for code in item["g"]:
             if code in _REFUSED:
-                raise Unreadable(f"{_REFUSED[code]} is in the part that is done, and what it has set cannot be set again", "go on by hand", line)
+                raise Unreadable(
+                    f"{_REFUSED[code]} is in the part that is done, and what it has set cannot be set again",
+                    "go on by hand",
+                    line,
+                )
             if code == 43:
                 state.length = "G43" + (f" H{int(words['H'])}" if "H" in words else "")
             elif code == 49:
                 state.length = "G49"
             elif code == 10:
                 if int(words.get("L", 0)) not in (2, 20):
-                    raise Unreadable(f"G10 L{int(words.get('L', 0))} is in the part that is done, and is not run again", "go on by hand", line)
+                    raise Unreadable(
+                        f"G10 L{int(words.get('L', 0))} is in the part that is done, and is not run again",
+                        "go on by hand",
+                        line,
+                    )
                 state.system = True
         if "T" in words:
             state.prepared = int(words["T"])
@@ -107,7 +121,9 @@ def _codes(state, program, last):
             elif code in _OUTPUTS:
                 letter = "E" if code in (67, 68) else "P"
                 number = int(words.get(letter, 0))
-                outputs[letter, number] = f"M{_OUTPUTS[code]} {letter}{number}" + (f" Q{words.get('Q', 0.0):g}" if letter == "E" else "")
+                outputs[letter, number] = f"M{_OUTPUTS[code]} {letter}{number}" + (
+                    f" Q{words.get('Q', 0.0):g}" if letter == "E" else ""
+                )
             elif code == 256:
                 state.clamps = int(words.get("P", 0))
                 state.clamps_line = line

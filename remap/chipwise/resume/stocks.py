@@ -19,7 +19,7 @@ from chipwise.stock import journal, store
 from chipwise.clib.core import CoreError, Stock
 from chipwise.stock.shared import mean_heights
 
-SAME_MM = 0.01              # of the corners of a blank
+SAME_MM = 0.01  # of the corners of a blank
 
 
 @dataclass
@@ -36,7 +36,9 @@ def kept(folder):
     """The Kept of a STOCK_DIR.  Raises Unreadable."""
     for name, read in ((JOURNAL, journal.read), (store.KEPT, store.read)):
         path = os.path.join(folder, name)
-        if not os.path.exists(path) or not os.path.getsize(path):       # empty: of another stock, in a folder where it could not be deleted
+        if not os.path.exists(path) or not os.path.getsize(
+            path
+        ):  # empty: of another stock, in a folder where it could not be deleted
             continue
         try:
             head, cells, *note = read(path)
@@ -44,10 +46,18 @@ def kept(folder):
             raise Unreadable(f"the kept stock cannot be used: {error}", "say where to go on with --line N") from error
         return Kept(head, cells, note[0] if note else journal.read_note(path), path)
     if read_only(folder):
-        raise Unreadable(f"no stock is kept in {folder}: it {read_only(folder)}", "make it writable, and say where to go on with --line N")
+        raise Unreadable(
+            f"no stock is kept in {folder}: it {read_only(folder)}",
+            "make it writable, and say where to go on with --line N",
+        )
     if is_full(folder):
-        raise Unreadable(f"no stock is kept in {folder}: its disk is full", "make room, and say where to go on with --line N")
-    raise Unreadable(f"no stock is kept in {folder}", "set [CHIPWISE]KEEP_STOCK = yes for the next time, and say where to go on with --line N")
+        raise Unreadable(
+            f"no stock is kept in {folder}: its disk is full", "make room, and say where to go on with --line N"
+        )
+    raise Unreadable(
+        f"no stock is kept in {folder}",
+        "set [CHIPWISE]KEEP_STOCK = yes for the next time, and say where to go on with --line N",
+    )
 
 
 def _corners(head):
@@ -62,7 +72,10 @@ def blank(head):
     stock = Stock(*_corners(head), head.cell, head.count, head.shape, head.turn)
     own = stock.head
     if (own.nx, own.ny) != (head.nx, head.ny):
-        raise Unreadable(f"the kept stock has {head.nx} x {head.ny} cells, its blank {own.nx} x {own.ny}", "say where to go on with --line N")
+        raise Unreadable(
+            f"the kept stock has {head.nx} x {head.ny} cells, its blank {own.nx} x {own.ny}",
+            "say where to go on with --line N",
+        )
     return stock
 
 
@@ -85,27 +98,37 @@ def head_of(stock, removed):
 
 
 def of_record(event, cell, most):
-    """The uncut Stock of a STOCK record, as the machine defines it: cells of `cell` mm, larger where the map has no room for them (most cells)."""
+    """The uncut Stock of a STOCK record, as the machine defines it: cells of `cell` mm, larger where the map has no
+    room for them (most cells)."""
     shape, turn, *corners = event.values[:8]
     if shape < 0:
         raise restored(event.line)
     try:
         return Stock(corners[:3], corners[3:], cell, most, int(shape), math.radians(turn))
     except CoreError as error:
-        raise Unreadable(f"the program's stock does not fit: {error}", "use a larger [CHIPWISE]CELL", event.line) from error
+        raise Unreadable(
+            f"the program's stock does not fit: {error}", "use a larger [CHIPWISE]CELL", event.line
+        ) from error
 
 
 def restored(line):
     """The Unreadable for M254."""
-    return Unreadable("M254 restores a stock that only the machine has, so where the program began is not known", "go on by hand", line)
+    return Unreadable(
+        "M254 restores a stock that only the machine has, so where the program began is not known",
+        "go on by hand",
+        line,
+    )
 
 
 def is_of(event, head):
     """Whether a STOCK record is the blank of a head."""
     shape, turn, *corners = event.values[:8]
     low, high = _corners(head)
-    return (int(shape) == head.shape and max(abs(a - b) for a, b in zip(corners, (*low, *high))) <= SAME_MM
-            and abs(math.remainder(math.radians(turn) - head.turn, math.pi)) < 1e-6)
+    return (
+        int(shape) == head.shape
+        and max(abs(a - b) for a, b in zip(corners, (*low, *high))) <= SAME_MM
+        and abs(math.remainder(math.radians(turn) - head.turn, math.pi)) < 1e-6
+    )
 
 
 def first_move(program, head):
@@ -118,10 +141,17 @@ def first_move(program, head):
             raise restored(event.line)
     found = [event for event in own if is_of(event, head)]
     if not found:
-        raise Unreadable("the kept stock is not the program's: its blank is X{:.3f} Y{:.3f} Z{:.3f} to X{:.3f} Y{:.3f} Z{:.3f} mm machine".format(*head.low, *head.high)
-                         + ", that of the program is another one", "name the program that ran, and see that the work offsets are those of then", own[0].line)
+        raise Unreadable(
+            "the kept stock is not the program's: its blank is X{:.3f} Y{:.3f} Z{:.3f} to X{:.3f} Y{:.3f} Z{:.3f} mm "
+            "machine".format(*head.low, *head.high)
+            + ", that of the program is another one",
+            "name the program that ran, and see that the work offsets are those of then",
+            own[0].line,
+        )
     if len(found) > 1 and any(event.values != found[0].values or event.at != found[0].at for event in found):
-        raise Unreadable("the program defines this stock more than once", "say where to go on with --line N", found[1].line)
+        raise Unreadable(
+            "the program defines this stock more than once", "say where to go on with --line N", found[1].line
+        )
     return found[0].at
 
 
@@ -133,12 +163,18 @@ def save(path, stock, removed):
     except store.StoreError as error:
         folder = os.path.dirname(path)
         if read_only(folder):
-            raise Unreadable(f"the stock cannot be written: {folder} {read_only(folder)}", "make that folder writable") from error
-        raise Unreadable(f"the stock cannot be written: {error}", "make room, or correct [CHIPWISE]STOCK_DIR") from error
+            raise Unreadable(
+                f"the stock cannot be written: {folder} {read_only(folder)}", "make that folder writable"
+            ) from error
+        raise Unreadable(
+            f"the stock cannot be written: {error}", "make room, or correct [CHIPWISE]STOCK_DIR"
+        ) from error
 
 
 def most_cells(settings):
     """Cells that the machine's map has room for."""
     size = settings["MAP_SIZE"]
-    return min(layout.MAX_CELLS, int(math.ceil(size[0] / settings["CELL"]) + 2) * int(math.ceil(size[1] / settings["CELL"]) + 2))
-
+    return min(
+        layout.MAX_CELLS,
+        int(math.ceil(size[0] / settings["CELL"]) + 2) * int(math.ceil(size[1] / settings["CELL"]) + 2),
+    )

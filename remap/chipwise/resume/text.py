@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The text of a program that goes on with another one: its head, which gets the tool to the place, and the rest.  Called by run.py.
+"""The text of a program that goes on with another one: its head, which gets the tool to the place, and the rest.
+Called by run.py.
 
- 1. Head: retract in machine coordinates, the stock, the tool, the modes as the program has them before the line, traverse high above, down to where
-    no stock is near, and on at the feed of the place, in the space that the tool has cut before, onto the path.
- 2. The rest of the line in which the program stopped is written in absolute words (rewrite/text.py), the lines behind it keep their text.
- 3. Subs, and comments that do something, of the part that is done come first.
+1. Head: retract in machine coordinates, the stock, the tool, the modes as the program has them before the line,
+   traverse high above, down to where no stock is near, and on at the feed of the place, in the space that the tool has
+   cut before, onto the path.
+2. The rest of the line in which the program stopped is written in absolute words (rewrite/text.py), the lines behind it
+   keep their text.
+3. Subs, and comments that do something, of the part that is done come first.
 """
 
 import io
@@ -22,7 +25,7 @@ from chipwise.rewrite.marked_reader import FEED, FILE, LINE_NUMBER
 from chipwise.rewrite.words import active_comments, code, words_of
 
 DIGITS = 5
-SLOW = 300.0                # mm/min, without a feed in force
+SLOW = 300.0  # mm/min, without a feed in force
 _KEPT = ("WORKPIECE", "MATERIAL", "SURFACE")
 _MOTION = {0, 1, 2, 3, *range(73, 90)}
 
@@ -38,7 +41,7 @@ class Rest(Writer):
     def text_from(self, line):
         """Bytes.  Raises Unreadable."""
         written_out = self._written_out()
-        for number, text in enumerate(self.source[line - 1:], line):
+        for number, text in enumerate(self.source[line - 1 :], line):
             if self.feed is not None and not written_out[number]:
                 self._feed_before(number)
             self._line(number, text, written_out[number])
@@ -50,22 +53,31 @@ class Rest(Writer):
         own = np.flatnonzero((marks[:, LINE_NUMBER] == number) & (marks[:, FILE] == 0))
         if len(own):
             self.out.end_line(self.end)
-            self.out.line("F" + plain(float(marks[own[0], FEED]) * Numbers(self.program.modes[number - 2].units).scale, 6), self.end)
+            self.out.line(
+                "F" + plain(float(marks[own[0], FEED]) * Numbers(self.program.modes[number - 2].units).scale, 6),
+                self.end,
+            )
             self.feed = None
 
 
 def own_motion(text):
     """Whether a line says by which G code it moves."""
-    return any(letter == "G" and value in _MOTION for letter, value in words_of(text)) or bool(re.search(r"(?<![a-z<_])g\s*(1[23]|2[46]|7[5789])(?!\d)", code(text), re.I))
+    return any(letter == "G" and value in _MOTION for letter, value in words_of(text)) or bool(
+        re.search(r"(?<![a-z<_])g\s*(1[23]|2[46]|7[5789])(?!\d)", code(text), re.I)
+    )
 
 
 def rest(program, line, step, moves, at, modal, cycles=False):
-    """Bytes of the lines from `line` on, in which the moves replace a step and the steps of its line before; None: the line as it is.
-    modal: motion mode before it; cycles: whether cycles are written out as well, because they plan by what is done.  Lines with cutter compensation
-    keep their text, because they have several moves at corners."""
+    """Bytes of the lines from `line` on, in which the moves replace a step and the steps of its line before; None: the
+    line as it is.  modal: motion mode before it; cycles: whether cycles are written out as well, because they plan by
+    what is done.  Lines with cutter compensation keep their text, because they have several moves at corners."""
     edits = Edits()
     own = steps_of(program, line)
-    if moves is None and not own_motion(program.source[line - 1]) and (modal not in (0, 1) or program.modes_on(step).cycle):
+    if (
+        moves is None
+        and not own_motion(program.source[line - 1])
+        and (modal not in (0, 1) or program.modes_on(step).cycle)
+    ):
         moves, step = [original(program, own[0])], own[0]
     for other in own if moves is not None else []:
         if other < step:
@@ -76,8 +88,12 @@ def rest(program, line, step, moves, at, modal, cycles=False):
         place = program.places[program.first[:-1]]
         numbers, index, count = np.unique(place, return_index=True, return_counts=True)
         for number, first in zip(numbers[count > 1].tolist(), index[count > 1].tolist()):
-            if (number > line or number == line and moves is None) and number not in program.blocks.outermost and number not in program.blocks.subs \
-                    and program.modes[number - 1].cutter_side == 40:
+            if (
+                (number > line or number == line and moves is None)
+                and number not in program.blocks.outermost
+                and number not in program.blocks.subs
+                and program.modes[number - 1].cutter_side == 40
+            ):
                 edits.instead[first] = [original(program, first)]
     return Rest(program, edits, at).text_from(line)
 
@@ -99,7 +115,8 @@ def _place(frame, point):
 
 
 def head(state, frame, approach, slot, top, notes):
-    """[lines] of the head [1].  approach: descent.Approach; top: mm, Z of the retract in machine coordinates; notes: comments."""
+    """[lines] of the head [1].  approach: descent.Approach; top: mm, Z of the retract in machine coordinates; notes:
+    comments."""
     lines = [f"({re.sub('[()]', ' ', note)})" for note in notes]
     lines += ["G90 G17 G40 G49 G80 G94 G21", f"G53 G0 Z{plain(top, DIGITS)}", f"M254 P{slot}"]
     if state.clamps is not None:
@@ -111,7 +128,11 @@ def head(state, frame, approach, slot, top, notes):
     lines += _system(state, frame)
     lines += [state.length, *state.outputs, *_parameters(state), *_spindle(state)]
     x, y, z = _place(frame, approach.place)
-    lines += [f"G0 X{x} Y{y}", f"G0 Z{plain(frame.to_work((*approach.place[:2], approach.free))[2], DIGITS)}", *_path_mode(state)]
+    lines += [
+        f"G0 X{x} Y{y}",
+        f"G0 Z{plain(frame.to_work((*approach.place[:2], approach.free))[2], DIGITS)}",
+        *_path_mode(state),
+    ]
     if state.volume:
         lines.append(_volume(state.volume))
     lines.append(f"G1 Z{z} F{plain(approach.feed or state.feed or SLOW, 3)}")
@@ -159,8 +180,12 @@ def _path_mode(state):
 
 def _volume(values):
     mode, target, lower, ceiling = values
-    return (f"M251 P{int(mode)}" + (f" Q{plain(target / 1000, 6)}" if target else "") + (f" R{plain(lower / 1000, 6)}" if lower else "")
-            + (f" E{plain(ceiling, 4)}" if ceiling else ""))
+    return (
+        f"M251 P{int(mode)}"
+        + (f" Q{plain(target / 1000, 6)}" if target else "")
+        + (f" R{plain(lower / 1000, 6)}" if lower else "")
+        + (f" E{plain(ceiling, 4)}" if ceiling else "")
+    )
 
 
 def _modes(state):
@@ -180,4 +205,3 @@ def _modes(state):
 def without_percent(data):
     """The rest without the % lines."""
     return b"".join(line for line in data.splitlines(keepends=True) if line.strip() != b"%")
-

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A program's path in segments, walked through two stocks: the blank, and the one that is kept.  Called by run.py.
 
- 1. A segment is at most SEGMENT_MM of a straight move, or a chord of an arc.  Its place is the number of its move and the share of the move behind it.
- 2. What a segment removes from the blank as the path leaves it, is what it has to remove (`wanted`).  What it removes from the kept stock, is what is
-    not done of that (`undone`).  Neither is evidence where nothing is to be removed.
+ 1. A segment is at most SEGMENT_MM of a straight move, or a chord of an arc.  Its place is the number of its move and
+    the share of the move behind it.
+ 2. What a segment removes from the blank as the path leaves it, is what it has to remove (`wanted`).  What it removes
+    from the kept stock, is what is not done of that (`undone`).  Neither is evidence where nothing is to be removed.
  3. Times are those of F and of the axes, without acceleration and override.
 
 Lengths mm, machine coordinates of the tool's tip; times s; volumes mm3.
@@ -28,8 +29,9 @@ SEGMENT_MM = 0.5
 
 @dataclass
 class Path:
-    """k segments of moves first .. end - 1: move (k,) int; share (k,): of the move, at the segment's end; end (k, 3); seconds (k,); tool (k,): index in
-    tools; tools: [(number, diameter mm, core Tool or None, sweep.Shape or None)]; begin (3,): where the first one begins."""
+    """k segments of moves first .. end - 1: move (k,) int; share (k,): of the move, at the segment's end; end (k, 3);
+    seconds (k,); tool (k,): index in tools; tools: [(number, diameter mm, core Tool or None, sweep.Shape or None)];
+    begin (3,): where the first one begins."""
 
     move: np.ndarray
     share: np.ndarray
@@ -68,7 +70,7 @@ def tools_by_move(program, geometry):
             except CoreError as error:
                 raise Unreadable(str(error), "correct the tool table or TOOL_GEOMETRY", event.line) from error
         tools.append((number, diameter, made, shape))
-        index[event.at:] = len(tools) - 1
+        index[event.at :] = len(tools) - 1
     return index, tools
 
 
@@ -98,7 +100,8 @@ def path_of(program, machine, geometry, first):
 
 
 def removed(path, stock, program, first=0, end=None):
-    """(end - first,): mm3 that each of some segments removes from a Stock, which they cut.  Raises Unreadable where no tool is known."""
+    """(end - first,): mm3 that each of some segments removes from a Stock, which they cut.  Raises Unreadable where no
+    tool is known."""
     end = len(path.move) if end is None else end
     result = np.zeros(end - first)
     cutter, had = None, None
@@ -111,8 +114,11 @@ def removed(path, stock, program, first=0, end=None):
             result[k - first] = cutter.to(path.end[k])
         elif program.kind[path.move[k]] != records.RAPID:
             number, line = path.tools[number][0], int(program.line[path.move[k]])
-            raise Unreadable(f"tool {number} has no diameter in the tool table" if number else "no tool is in the spindle (tool 0)",
-                             "give it a D there" if number else "call one with T.. M6 before", line)
+            raise Unreadable(
+                f"tool {number} has no diameter in the tool table" if number else "no tool is in the spindle (tool 0)",
+                "give it a D there" if number else "call one with T.. M6 before",
+                line,
+            )
     return result
 
 
@@ -136,7 +142,10 @@ def with_tools(path, by):
     for number, diameter, tool, shape in path.tools:
         if tool and not shape.tip_angle:
             radius = max(diameter / 2 + by, diameter / 4)
-            tool = Tool(2 * radius, max(min(shape.corner_radius + (by if 2 * shape.corner_radius >= diameter else 0.0), radius), 0.0))
+            tool = Tool(
+                2 * radius,
+                max(min(shape.corner_radius + (by if 2 * shape.corner_radius >= diameter else 0.0), radius), 0.0),
+            )
         tools.append((number, diameter, tool, shape))
     return replace(path, tools=tools)
 
@@ -149,7 +158,8 @@ def evidence(path, program, found):
 
 
 def nearest(path, point, most):
-    """[(segment, share of it, distance)] of the places of a path that are at most `most` mm from a point, each the nearest of those around it."""
+    """[(segment, share of it, distance)] of the places of a path that are at most `most` mm from a point, each the
+    nearest of those around it."""
     starts = np.concatenate((path.begin[None], path.end[:-1]))
     steps = path.end - starts
     square = (steps * steps).sum(axis=1)

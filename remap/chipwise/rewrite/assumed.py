@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Rewriting a program that names no stock or no tool: on what check/ assumes, too (check/assume.py), as far as that is safe.
+"""Rewriting a program that names no stock or no tool: on what check/ assumes, too (check/assume.py), as far as that is
+safe.
 
-Called by run.py.  The true stock may be larger than an assumed one, and the true tool another than that of a comment.  So
+Called by run.py.  The true stock may be larger than an assumed one, and the true tool another than that of a comment.
+So
 
  1. no F is raised: a cut that looks light may be a heavy one;
- 2. no flutes are respected: the new traverses would be laid over a stock that nobody has named.  A program whose flutes are long enough stays.
+ 2. no flutes are respected: the new traverses would be laid over a stock that nobody has named.  A program whose flutes
+    are long enough stays.
 
 What the user names is not assumed.
 """
@@ -22,7 +25,9 @@ NEVER_RAISED = "no F is raised, because nobody has confirmed that"
 def assumed(path, machine, line, stock, tool, diameter, limits):
     """Assumption for a program that cannot be cut in `line`.  Raises Unknown."""
     limits = {key: value for key, value in limits.items() if key in ("cpu_s", "quiet_s", "memory_mb")}
-    return assume(surveyed(Reader(path, machine, None, **limits), machine), path, machine, line, bool(stock), tool, diameter)
+    return assume(
+        surveyed(Reader(path, machine, None, **limits), machine), path, machine, line, bool(stock), tool, diameter
+    )
 
 
 def machine_with(machine, assumption):
@@ -50,7 +55,12 @@ def keep_flutes(job):
     if found:
         worst = max(found, key=lambda witness: witness.depth - witness.tool.flute_length)
         unit = job.machine.unit
-        raise Unreadable(f"tool {worst.tool.number} cuts {format_length(round(worst.depth, 3), unit)} deep in the assumed stock, its flutes are "
-                         f"{format_length(worst.tool.flute_length, unit)} long, and no traverse is laid over a stock or beside a tool that nobody has confirmed",
-                         "name the stock with --stock, the tool with --tool and its diameter", worst.line)
+        raise Unreadable(
+            f"tool {worst.tool.number} cuts {format_length(round(worst.depth, 3), unit)} deep in the assumed stock, "
+            f"its flutes are "
+            f"{format_length(worst.tool.flute_length, unit)} long, and no traverse is laid over a stock or beside a "
+            f"tool that nobody has confirmed",
+            "name the stock with --stock, the tool with --tool and its diameter",
+            worst.line,
+        )
     return job.program.content(), "the flutes are long enough everywhere in it, the program is unchanged"

@@ -42,7 +42,7 @@ def one(program, progress, arguments):
         return failed(program, unnamed(error))
     except MemoryError:
         return failed(program, "the memory is not enough for it; use a larger --cell")
-    except Exception as error:      # one bad program never stops the rest
+    except Exception as error:  # one bad program never stops the rest
         if os.environ.get("CHIPWISE_TRACEBACK"):
             raise
         return failed(program, of_unexpected(error))

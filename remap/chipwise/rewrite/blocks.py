@@ -8,8 +8,8 @@ _O_WORD = re.compile(rb"^\s*(?:/\s*)?(?:n\s*\d[\d\s]*)?o\s*(?:<([^>]*)>|(\d+)|(#
 _M98 = re.compile(rb"^[^(;]*(?<![a-z<_])m\s*98(?!\d)", re.I)
 _M99 = re.compile(rb"^[^(;]*(?<![a-z<_])m\s*99(?!\d)", re.I)
 _P = re.compile(rb"p\s*(\d+)", re.I)
-_FANUC = re.compile(rb"^\s*o\s*(\d+)\s*(?:[(;]|$)", re.I)        # of a sub that M99 ends
-_MOVES = b"GXYZIJKFgxyzijkf("        # a line that begins so has no O-word
+_FANUC = re.compile(rb"^\s*o\s*(\d+)\s*(?:[(;]|$)", re.I)  # of a sub that M99 ends
+_MOVES = b"GXYZIJKFgxyzijkf("  # a line that begins so has no O-word
 _OPENS, _CLOSES = {b"sub", b"while", b"do", b"if", b"repeat"}, {b"endsub", b"endwhile", b"endif", b"endrepeat"}
 
 
@@ -23,8 +23,9 @@ class Block:
 
 @dataclass
 class Blocks:
-    """inside: numbers of the lines in subs, loops and conditions; subs: of those in subs; whether subs are called; the outermost
-    Blocks by the number of each of their lines; subs that the file defines, subs that it calls (None: an expression names it)."""
+    """inside: numbers of the lines in subs, loops and conditions; subs: of those in subs; whether subs are called; the
+    outermost Blocks by the number of each of their lines; subs that the file defines, subs that it calls (None: an
+    expression names it)."""
 
     inside: set = field(default_factory=set)
     subs: set = field(default_factory=set)

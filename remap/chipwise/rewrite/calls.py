@@ -4,8 +4,8 @@
 Called by run.py.
 
  1. Read the program with marks (marked_reader.py), find what has to change, and the outermost blocks that it is in.
- 2. Write these blocks out (unroll.py), and read the new program with marks.  It has to make the same moves at the same feeds, with the same
-    tools and stocks, and behind each block the same parameters and modes hold.
+ 2. Write these blocks out (unroll.py), and read the new program with marks.  It has to make the same moves at the same
+    feeds, with the same tools and stocks, and behind each block the same parameters and modes hold.
  3. Until nothing that has to change is in a block: which moves these are, the last digit may decide.
 """
 
@@ -24,9 +24,9 @@ from chipwise.rewrite.marked_reader import AT, ITEM, LINE_NUMBER, WHAT, Followed
 from chipwise.rewrite.unroll import Unroller
 
 ROUNDS = 5
-SAME = 1e-9                 # of parameters
-STATE_MM = 0.001            # of the state behind a block: positions, lengths, speeds
-FEED_SHARE = 1e-5           # the last digit of F
+SAME = 1e-9  # of parameters
+STATE_MM = 0.001  # of the state behind a block: positions, lengths, speeds
+FEED_SHARE = 1e-5  # the last digit of F
 
 
 def has_blocks(program):
@@ -37,8 +37,8 @@ def has_blocks(program):
 def written_out(program, found, edits_of, read_it, machine, stock, limits):
     """-> (Followed program, its (Edits, Figures)): no step that they change is in a block.
 
-    found: (Edits, Figures) of the Program; edits_of: Program -> (Edits, Figures); read_it: path -> Program; machine, stock, limits: of reader.Reader.  Raises
-    Unreadable, Different.
+    found: (Edits, Figures) of the Program; edits_of: Program -> (Edits, Figures); read_it: path -> Program; machine,
+    stock, limits: of reader.Reader.  Raises Unreadable, Different.
     """
     now, (edits, figures) = Followed(program, machine, stock, **limits), found
     for _ in range(ROUNDS):
@@ -73,7 +73,8 @@ def _without(now, blocks, read_it, machine, stock, limits):
 
 
 def same_program(first, second):
-    """Raises Different where two Programs do not make the same moves, one for one, with the same tools, stocks and feeds."""
+    """Raises Different where two Programs do not make the same moves, one for one, with the same tools, stocks and
+    feeds."""
     one, two = (np.array(read_back.real_steps(p), int) for p in (first, second))
     if len(one) != len(two):
         raise read_back.Different(f"it has {len(two)} moves instead of {len(one)}")
@@ -88,14 +89,20 @@ def same_program(first, second):
         wrong[k] = a.plane != b.plane or a.turns != b.turns or math.dist(a.centre, b.centre) > read_back.PATH_MM
     if wrong.any():
         raise read_back.Different(f"line {first.line_of(int(one[wrong.argmax()]))} has become another move")
-    events = [[(int(np.searchsorted(p.first[own], event.at)), event.kind, np.round(event.values, 6).tolist()) for event in p.events]
-              for p, own in ((first, one), (second, two))]
+    events = [
+        [
+            (int(np.searchsorted(p.first[own], event.at)), event.kind, np.round(event.values, 6).tolist())
+            for event in p.events
+        ]
+        for p, own in ((first, one), (second, two))
+    ]
     if events[0] != events[1]:
         raise read_back.Different("tools, stocks or dwells have changed")
 
 
 def same_codes(first, second):
-    """Raises Different where two Programs that have been read with marks do not run the same codes between the same moves."""
+    """Raises Different where two Programs that have been read with marks do not run the same codes between the same
+    moves."""
     one, two = _codes(first), _codes(second)
     for (line, *a), (_, *b) in zip(one, two):
         if a != b:
@@ -114,7 +121,7 @@ def _codes(program):
         try:
             codes = [(letter, round(value, 6)) for letter, value in kept_codes.kept(item, line)[0]]
         except Unreadable:
-            codes = [("", sorted(item["g"]), item["m"], item["words"])]     # outside of what is written out
+            codes = [("", sorted(item["g"]), item["m"], item["words"])]  # outside of what is written out
         if codes:
             result.append((line, int(np.searchsorted(steps, mark[AT])), codes))
     return result
@@ -122,7 +129,10 @@ def _codes(program):
 
 def _same_state(first, second):
     """Raises Different where something else holds behind a block."""
-    one, two = ({int(mark[LINE_NUMBER]): mark for mark in p.marks if mark[WHAT] == what} for p, what in ((first, ENDS), (second, STATES)))
+    one, two = (
+        {int(mark[LINE_NUMBER]): mark for mark in p.marks if mark[WHAT] == what}
+        for p, what in ((first, ENDS), (second, STATES))
+    )
     for line, mark in one.items():
         new = two.get(line)
         if new is None:

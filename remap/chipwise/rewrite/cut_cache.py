@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Cuts of a path that changes little from trial to trial: what is as it was is not cut again.
 
-Called by trials.py.  The path is divided into parts.  A part that goes through the same points as in the trial before, in
-stock that has the same heights (both by a digest of 128 bits), leaves the same heights and meets the same depths: they are put there.
-So the result is that of HeightMap.cut(), to the last bit.  Lengths mm.
+Called by trials.py.  The path is divided into parts.  A part that goes through the same points as in the trial before,
+in stock that has the same heights (both by a digest of 128 bits), leaves the same heights and meets the same depths:
+they are put there.  So the result is that of HeightMap.cut(), to the last bit.  Lengths mm.
 """
 
 import hashlib
@@ -14,15 +14,15 @@ import numpy as np
 from chipwise.rewrite import sections
 from chipwise.clib import layout
 
-PART_POINTS = 512           # points of the first path in a part
-FROM_CALL = 2               # before, nothing is kept, most paths need no more
-MOST_BYTES = 48_000_000     # kept; what is beyond is cut each time
+PART_POINTS = 512  # points of the first path in a part
+FROM_CALL = 2  # before, nothing is kept, most paths need no more
+MOST_BYTES = 48_000_000  # kept; what is beyond is cut each time
 
 
 @dataclass(frozen=True)
 class Kept:
-    """A part in the trial before: digest of its points and of the heights before, depths (n,), the cells and needles that it has changed,
-    their heights."""
+    """A part in the trial before: digest of its points and of the heights before, depths (n,), the cells and needles
+    that it has changed, their heights."""
 
     digest: bytes
     depth: np.ndarray
@@ -42,7 +42,7 @@ class Recut:
 
     def __init__(self, stock, shape):
         self.stock, self.shape = stock, shape
-        self.again = 0                  # parts that were not cut again
+        self.again = 0  # parts that were not cut again
         self._kept, self._calls, self._bytes = {}, 0, 0
 
     def depths(self, start, places, label):
@@ -61,7 +61,10 @@ class Recut:
 
     def _part(self, key, points):
         stock, radius = self.stock, self.shape.diameter / 2
-        view, single = sections.near(stock, points, radius), stock.needles_in(*_box(points, radius + layout.HEIGHT_SKIN))
+        view, single = (
+            sections.near(stock, points, radius),
+            stock.needles_in(*_box(points, radius + layout.HEIGHT_SKIN)),
+        )
         before, needles_before = view.copy(), stock.needle_height[single]
         digest = hashlib.blake2b(points, digest_size=16)
         digest.update(before)
@@ -92,8 +95,8 @@ def _box(points, radius):
 
 
 def parts(start, places, label):
-    """[0, .., n]: where the parts of moves from start (3,) along places (n, 3) begin and end: where the label (n,) changes, or at the
-    next move that needs nothing of the one before."""
+    """[0, .., n]: where the parts of moves from start (3,) along places (n, 3) begin and end: where the label (n,)
+    changes, or at the next move that needs nothing of the one before."""
     free = np.append(np.flatnonzero(sections.apart(start, places)), len(places))
     wanted = np.flatnonzero(np.diff(label)) + 1
     return np.unique(np.concatenate(([0], free[np.searchsorted(free, wanted)], [len(places)]))).tolist()

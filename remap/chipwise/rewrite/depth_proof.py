@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Whether a program cuts deeper than the flutes are long, or travels too near to stock, proved: components/offline/depth_proof.c from Python.
+"""Whether a program cuts deeper than the flutes are long, or travels too near to stock, proved:
+components/offline/depth_proof.c from Python.
 
 Called by run.py.  Lengths mm, machine coordinates of the tool's tip.
 """
@@ -18,26 +19,29 @@ from chipwise.rewrite import sections as cutting
 from chipwise.clib import layout
 from chipwise.clib.library import library
 
-ROOM = 2_000_000            # witnesses of one stock that are found: a long program has one in every few moves before it is repeated
-MOST = 200_000              # those of them that count: the deepest
-SQUARES = 300_000_000       # looked at for one stock: minutes
-CELLS_ACROSS = 16           # of the smallest tool, of the proof's map
+ROOM = (
+    2_000_000  # witnesses of one stock that are found: a long program has one in every few moves before it is repeated
+)
+MOST = 200_000  # those of them that count: the deepest
+SQUARES = 300_000_000  # looked at for one stock: minutes
+CELLS_ACROSS = 16  # of the smallest tool, of the proof's map
 MOST_CELLS = 4_000_000
 UNLIMITED = 1e30
-APART_MM = 0.02             # of two needles
-ACROSS_MM = 1e-4            # shorter traverses, seen from above, go straight up or down
-SAME_MM = 1e-3              # of two traverses' ends: the rounding of the text
-NO_CLEARANCE = -1.0         # of chip_proof_tool: of feed moves
+APART_MM = 0.02  # of two needles
+ACROSS_MM = 1e-4  # shorter traverses, seen from above, go straight up or down
+SAME_MM = 1e-3  # of two traverses' ends: the rounding of the text
+NO_CLEARANCE = -1.0  # of chip_proof_tool: of feed moves
 
-ELSEWHERE = -1 << 31        # CHIP_PROOF_ELSEWHERE
+ELSEWHERE = -1 << 31  # CHIP_PROOF_ELSEWHERE
 
 TOOL, FOUND = np.dtype(layout.ProofTool), np.dtype(layout.ProofFound)
 
 
 @dataclass(frozen=True)
 class Witness:
-    """A place of stock that a feed move cuts too deep: number of the stock, x, y (mm), depth (mm), tool: cutting.Tool, line,
-    place (3,): of the tip.  traverse: of one that is nearer to it than the clearance, where it begins and ends (6,)."""
+    """A place of stock that a feed move cuts too deep: number of the stock, x, y (mm), depth (mm), tool: cutting.Tool,
+    line, place (3,): of the tip.  traverse: of one that is nearer to it than the clearance, where it begins and ends
+    (6,)."""
 
     stock: int
     x: float
@@ -77,8 +81,8 @@ def not_judged(number):
 
 @dataclass
 class Path:
-    """The moves in a stock: start (3,) mm; to (n, 3) mm; tool (n,) int32, as in chip_proof_path; index (n,): number of the program's move of
-    each."""
+    """The moves in a stock: start (3,) mm; to (n, 3) mm; tool (n,) int32, as in chip_proof_path; index (n,): number of
+    the program's move of each."""
 
     start: np.ndarray
     to: np.ndarray
@@ -95,8 +99,8 @@ class Path:
         return (*self.place(move, 0.0).tolist(), *self.place(move, 1.0).tolist())
 
     def check_traverses(self, tools, top):
-        """Those of them are judged that have stock at their side: not straight up, nor above `top` (mm).  Their tools are the ones `tools` further in
-        the table."""
+        """Those of them are judged that have stock at their side: not straight up, nor above `top` (mm).  Their tools
+        are the ones `tools` further in the table."""
         steps = np.diff(self.to, axis=0, prepend=self.start[None])
         up = (np.hypot(steps[:, 0], steps[:, 1]) < ACROSS_MM) & (steps[:, 2] >= 0.0)
         lowest = np.minimum(self.to[:, 2], self.to[:, 2] - steps[:, 2])
@@ -108,19 +112,20 @@ class Path:
 
 
 def _path(program, stock):
-    """The Path of a program in a _Stock.  Its places are the program's own, not a copy, if the moves follow one another."""
+    """The Path of a program in a _Stock.  Its places are the program's own, not a copy, if the moves follow one
+    another."""
     parts = [(s.first, s.end, tool) for s, tool, _ in stock.parts]
     start = np.array(program.start(parts[0][0]), float)
     joined = all(a[1] == b[0] for a, b in zip(parts, parts[1:]))
     if joined:
-        to, index = program.end[parts[0][0]:parts[-1][1]], np.arange(parts[0][0], parts[-1][1], dtype=np.int32)
-    else:                                           # a place more before each, where it begins
+        to, index = program.end[parts[0][0] : parts[-1][1]], np.arange(parts[0][0], parts[-1][1], dtype=np.int32)
+    else:  # a place more before each, where it begins
         to = np.concatenate([np.concatenate((program.start(a)[None], program.end[a:b])) for a, b, _ in parts])
         index = np.concatenate([np.arange(a - 1, b, dtype=np.int32) for a, b, _ in parts])
     tool, at = np.full(len(index), ELSEWHERE, np.int32), 0
     for a, b, number in parts:
         at += not joined
-        tool[at:at + b - a] = np.where(program.kind[a:b] != records.RAPID, number, not_judged(number))
+        tool[at : at + b - a] = np.where(program.kind[a:b] != records.RAPID, number, not_judged(number))
         at += b - a
     return Path(start, np.ascontiguousarray(to, np.float64), tool, index)
 
@@ -143,8 +148,18 @@ def shape_of(stock):
     """ProofStock of a HeightMap."""
     turn = math.radians(stock.turn)
     (x0, y0, z0), (x1, y1, z1) = stock.low, stock.high
-    return layout.ProofStock((x0 + x1) / 2, (y0 + y1) / 2, (x1 - x0) / 2, (y1 - y0) / 2, math.cos(turn), math.sin(turn), z0, z1,
-                             int(stock.shape == CYLINDER), 0)
+    return layout.ProofStock(
+        (x0 + x1) / 2,
+        (y0 + y1) / 2,
+        (x1 - x0) / 2,
+        (y1 - y0) / 2,
+        math.cos(turn),
+        math.sin(turn),
+        z0,
+        z1,
+        int(stock.shape == CYLINDER),
+        0,
+    )
 
 
 def table_of(tools, limits):
@@ -172,38 +187,64 @@ def with_traverses(tools, clearance):
 
 
 def too_deep(program, geometry, cell, over, clearance=None):
-    """[Witness] of a Program: places where a feed move cuts deeper than the flutes are long, and `over` (mm); with a clearance (mm) also those
-    that are nearer to a traverse.
+    """[Witness] of a Program: places where a feed move cuts deeper than the flutes are long, and `over` (mm); with a
+    clearance (mm) also those that are nearer to a traverse.
 
     No contact is missed but stock thinner than CHIP_PROOF_SKIN at the tool's side, or smaller than CHIP_PROOF_LEAST.
     Raises Unreadable, MemoryError.
     """
     result = []
     for number, stock in enumerate(_stocks(program, geometry, cell, over)):
-        shape, tools, path = shape_of(stock.map), table_of(stock.tools, [limit for _, _, limit in stock.parts]), _path(program, stock)
+        shape, tools, path = (
+            shape_of(stock.map),
+            table_of(stock.tools, [limit for _, _, limit in stock.parts]),
+            _path(program, stock),
+        )
         if clearance is not None:
             path.check_traverses(len(tools), stock.map.z_max)
             tools = with_traverses(tools, clearance)
         if not ((tools["limit"] < UNLIMITED)[path.tool[path.tool >= 0]]).any():
             continue
         found, squares = np.zeros(ROOM, FOUND), C.c_int64(SQUARES)
-        count = library().chip_prove_depths(C.byref(shape), tools.ctypes.data, len(tools), C.byref(path.struct()), cell_of(stock.map, tools),
-                                            C.addressof(squares), found.ctypes.data, ROOM)
+        count = library().chip_prove_depths(
+            C.byref(shape),
+            tools.ctypes.data,
+            len(tools),
+            C.byref(path.struct()),
+            cell_of(stock.map, tools),
+            C.addressof(squares),
+            found.ctypes.data,
+            ROOM,
+        )
         if count < 0:
             raise MemoryError
         if squares.value <= 0 and not count:
-            raise Unreadable("the depth of the cuts cannot be proved, there are too many walls", "rewrite the program in parts",
-                             int(program.line[path.index[-1]]))
-        result += [_witness(number, one, program, path, stock.tools) for one in _deepest(found[:count], path, tools["limit"])]
+            raise Unreadable(
+                "the depth of the cuts cannot be proved, there are too many walls",
+                "rewrite the program in parts",
+                int(program.line[path.index[-1]]),
+            )
+        result += [
+            _witness(number, one, program, path, stock.tools) for one in _deepest(found[:count], path, tools["limit"])
+        ]
     return result
 
 
 def _witness(number, one, program, path, tools):
-    """Witness of a record of FOUND; number: of the stock; tools: of the stock, those of traverses follow them in the path."""
+    """Witness of a record of FOUND; number: of the stock; tools: of the stock, those of traverses follow them in the
+    path."""
     move = int(one["move"])
     place, own = path.place(move, one["at"]), int(path.tool[move])
-    return Witness(number, float(one["x"]), float(one["y"]), float(one["height"] - place[2]), tools[own % len(tools)],
-                   int(program.line[path.index[move]]), tuple(place.tolist()), path.ends_of(move) if own >= len(tools) else None)
+    return Witness(
+        number,
+        float(one["x"]),
+        float(one["y"]),
+        float(one["height"] - place[2]),
+        tools[own % len(tools)],
+        int(program.line[path.index[move]]),
+        tuple(place.tolist()),
+        path.ends_of(move) if own >= len(tools) else None,
+    )
 
 
 def _deepest(found, path, limits):
@@ -218,13 +259,17 @@ def _deepest(found, path, limits):
 
 
 def but_own(found, own):
-    """[Witness] without those of traverses that begin and end where one of `own` does, which are Witnesses of the program's own."""
+    """[Witness] without those of traverses that begin and end where one of `own` does, which are Witnesses of the
+    program's own."""
     ends = np.array([witness.traverse for witness in own if witness.traverse]).reshape(-1, 6)
-    return [w for w in found if w.traverse is None or not len(ends) or np.abs(ends - w.traverse).max(axis=1).min() > SAME_MM]
+    return [
+        w for w in found if w.traverse is None or not len(ends) or np.abs(ends - w.traverse).max(axis=1).min() > SAME_MM
+    ]
 
 
 def with_needles(needles, found):
-    """{number of the stock: places (n, 2)} with those of Witnesses besides; of places nearer than APART_MM one stays."""
+    """{number of the stock: places (n, 2)} with those of Witnesses besides; of places nearer than APART_MM one
+    stays."""
     result = dict(needles)
     for number in {witness.stock for witness in found}:
         places = np.array([(w.x, w.y) for w in found if w.stock == number])

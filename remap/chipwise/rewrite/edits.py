@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What takes the place of a program's steps: made by flute.py and feed.py, written by text.py.
 
-Long programs have millions of such moves: they are kept in arrays.  Lengths mm, machine coordinates of the tool's tip; feeds mm/min.
+Long programs have millions of such moves: they are kept in arrays.  Lengths mm, machine coordinates of the tool's tip;
+feeds mm/min.
 """
 
 import math
@@ -13,7 +14,7 @@ import numpy as np
 from chipwise.program.records import ARC, RAPID
 from chipwise.rewrite.program import Circle
 
-BATCH = 1024                # Moves made at a time
+BATCH = 1024  # Moves made at a time
 
 
 class Move(NamedTuple):
@@ -37,9 +38,12 @@ class Table:
     @classmethod
     def of(cls, moves):
         """From Moves."""
-        return cls(np.array([m.kind for m in moves], np.int8), np.array([m.end for m in moves], float).reshape(-1, 3),
-                   np.array([math.nan if m.feed is None else m.feed for m in moves], float),
-                   {k: m.circle for k, m in enumerate(moves) if m.kind == ARC})
+        return cls(
+            np.array([m.kind for m in moves], np.int8),
+            np.array([m.end for m in moves], float).reshape(-1, 3),
+            np.array([math.nan if m.feed is None else m.feed for m in moves], float),
+            {k: m.circle for k, m in enumerate(moves) if m.kind == ARC},
+        )
 
     @classmethod
     def joined(cls, tables):
@@ -48,7 +52,9 @@ class Table:
             return tables[0] if tables else cls.of([])
         first = np.cumsum([0, *map(len, tables)]).tolist()
         circles = {at + k: circle for at, table in zip(first, tables) for k, circle in table.circles.items()}
-        return cls(*(np.concatenate([getattr(table, name) for table in tables]) for name in ("kind", "end", "feed")), circles)
+        return cls(
+            *(np.concatenate([getattr(table, name) for table in tables]) for name in ("kind", "end", "feed")), circles
+        )
 
     def take(self, index):
         """The Table of the moves `index` (k,) int."""
@@ -74,8 +80,8 @@ class Table:
 
 
 class ByStep:
-    """A Table for each of some steps of a program, and a note on it, said in a comment before its first line.  A step that is set twice has
-    what was set last."""
+    """A Table for each of some steps of a program, and a note on it, said in a comment before its first line.  A step
+    that is set twice has what was set last."""
 
     def __init__(self):
         self._parts, self._small, self._notes = [], 0, [None]
@@ -84,7 +90,14 @@ class ByStep:
         """steps (k,) int, different; first (k + 1,) int: where the moves of each begin in the Table."""
         if note not in self._notes:
             self._notes.append(note)
-        self._parts.append((np.asarray(steps, np.int32), np.asarray(first, np.int32), table, np.full(len(steps), self._notes.index(note), np.int8)))
+        self._parts.append(
+            (
+                np.asarray(steps, np.int32),
+                np.asarray(first, np.int32),
+                table,
+                np.full(len(steps), self._notes.index(note), np.int8),
+            )
+        )
         self._small += 1
         if self._small >= BATCH:
             self._parts[-BATCH:] = [_one(self._parts[-BATCH:])]
@@ -106,7 +119,7 @@ class ByStep:
         """merged() of the steps begin .. end - 1; end None: of all from there."""
         steps, first, table = self.merged()
         a, b = int(steps.searchsorted(begin)), len(steps) if end is None else int(steps.searchsorted(end))
-        return steps[a:b], first[a:b + 1] - first[a], table.part(int(first[a]), int(first[b]))
+        return steps[a:b], first[a : b + 1] - first[a], table.part(int(first[a]), int(first[b]))
 
     @property
     def steps(self):
@@ -145,7 +158,12 @@ def _one(parts):
     index, first = _ranges(begin[last], count[last])
     first = first.astype(np.int32)
     table = Table.joined([part[2] for part in parts])
-    return own, first, table if len(index) == len(table) and (np.diff(index) == 1).all() else table.take(index), note[last]
+    return (
+        own,
+        first,
+        table if len(index) == len(table) and (np.diff(index) == 1).all() else table.take(index),
+        note[last],
+    )
 
 
 def _ranges(begin, count):
@@ -156,7 +174,8 @@ def _ranges(begin, count):
 
 @dataclass
 class Edits:
-    """By number of step: `instead` the moves in its place, `after` those behind it, `feeds` a feed in its line's text."""
+    """By number of step: `instead` the moves in its place, `after` those behind it, `feeds` a feed in its line's
+    text."""
 
     instead: ByStep = field(default_factory=ByStep)
     after: ByStep = field(default_factory=ByStep)
@@ -167,7 +186,8 @@ class Edits:
         return {*self.instead.steps.tolist(), *self.after.steps.tolist(), *self.feeds}
 
     def moves(self, begin=0, end=None):
-        """(step (n,) int, rising, Table of n moves): what takes the place of the steps begin .. end - 1 or comes behind them; end None: of all."""
+        """(step (n,) int, rising, Table of n moves): what takes the place of the steps begin .. end - 1 or comes behind
+        them; end None: of all."""
         parts = [own.part(begin, end) for own in (self.instead, self.after)]
         steps = np.concatenate([np.repeat(steps, np.diff(first)) for steps, first, _ in parts])
         order = np.argsort(steps, kind="stable")

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The moves of a program with its edits, before they are written: what the interpreter will make of the text.
 
-Called by run.py, so that a trial that is too deep need be neither written nor read.  Lengths mm, machine coordinates of the tool's tip.
+Called by run.py, so that a trial that is too deep need be neither written nor read.  Lengths mm, machine coordinates of
+the tool's tip.
 """
 
 from dataclasses import dataclass
@@ -14,14 +15,15 @@ from chipwise.rewrite.edits import Move
 from chipwise.rewrite.growable_array import Growing
 from chipwise.rewrite.program import Lead, Moves
 
-PART_STEPS = 16_384         # of the program that are worked on at a time
-PART_MOVES = 65_536         # that are compared at a time
-SAME_MM = 3e-5              # of two moves' ends: the last digit of the text, as a tie is rounded up or down
+PART_STEPS = 16_384  # of the program that are worked on at a time
+PART_MOVES = 65_536  # that are compared at a time
+SAME_MM = 3e-5  # of two moves' ends: the last digit of the text, as a tie is rounded up or down
 
 
 @dataclass
 class Foreseen(Moves):
-    """kind, line (n,) int, end (n, 3) mm, events, lead: as in program.Program; feed (n,) mm/min, NaN: the one in force."""
+    """kind, line (n,) int, end (n, 3) mm, events, lead: as in program.Program; feed (n,) mm/min, NaN: the one in
+    force."""
 
     kind: np.ndarray
     line: np.ndarray
@@ -34,7 +36,7 @@ class Foreseen(Moves):
 def foreseen(program, edits):
     """Foreseen of a Program with Edits, made PART_STEPS at a time: no more than that is copied."""
     replaced, before = np.zeros(program.steps, bool), None
-    columns = Growing(np.int8), Growing(np.int32), Growing(float, 3), Growing(np.float32)           # kind, line, end and feed
+    columns = Growing(np.int8), Growing(np.int32), Growing(float, 3), Growing(np.float32)  # kind, line, end and feed
     replaced[edits.instead.steps] = True
     inch, feeds = np.array([modes.units == 20 for modes in program.modes]), _kept_feeds(program, edits.feeds)
     wanted = np.array([event.at for event in program.events], int)
@@ -44,11 +46,16 @@ def foreseen(program, edits):
         (steps, kinds, new_feeds, ends), before = _new_moves(program, edits.moves(first, end), replaced, inch, before)
         a, b = program.first[[first, end]].tolist()
         kept = a + np.flatnonzero(~replaced[program.step[a:b]])
-        behind = np.concatenate((kept, program.first[steps + 1] - 1))           # the move of the program that each is, or comes behind
+        behind = np.concatenate(
+            (kept, program.first[steps + 1] - 1)
+        )  # the move of the program that each is, or comes behind
         order = np.argsort(behind, kind="stable")
         at += np.searchsorted(behind[order], wanted)
-        for column, *both in zip(columns, (program.kind[kept], program.line[kept], program.end[kept], feeds[kept]),
-                                 (kinds, _lines(program, steps), ends, new_feeds)):
+        for column, *both in zip(
+            columns,
+            (program.kind[kept], program.line[kept], program.end[kept], feeds[kept]),
+            (kinds, _lines(program, steps), ends, new_feeds),
+        ):
             column.add(np.concatenate(both)[order])
     events = [type(e)(int(k), e.kind, e.line, e.values) for k, e in zip(at, program.events)]
     return Foreseen(*(column.whole() for column in columns), events, program.lead)
@@ -73,7 +80,7 @@ def _new_moves(program, moves, replaced, inch, before):
     same = (np.concatenate((old[0], ends[:-1])) == ends).all(axis=1) & (np.concatenate((old[1], lines[:-1])) == lines)
     if before is None:
         same[0] = False
-    goes = np.flatnonzero((table.kind == records.ARC) | ~same)                  # the others would have no words
+    goes = np.flatnonzero((table.kind == records.ARC) | ~same)  # the others would have no words
     behind = _Before(ends[-1].copy(), int(lines[-1]), int(steps[goes[-1]]) if len(goes) else before.step)
     return _with_chords(program, replaced, table.take(goes), steps[goes], ends[goes], before), behind
 
@@ -82,7 +89,7 @@ def _kept_feeds(program, feeds):
     """(n,) float32: F of a program's moves with other F by step."""
     result = program.feed.astype(np.float32)
     for step, feed in feeds.items():
-        result[program.first[step]:program.first[step + 1]] = feed
+        result[program.first[step] : program.first[step + 1]] = feed
     return result
 
 
@@ -92,7 +99,8 @@ def _lines(program, steps):
 
 
 def _as_written(program, points, steps, inch):
-    """Program.as_written() of (n, 3) points, each at a step of its own; inch (lines,) bool: whether G20 is in force on each line."""
+    """Program.as_written() of (n, 3) points, each at a step of its own; inch (lines,) bool: whether G20 is in force on
+    each line."""
     group = program.frame[steps] * 2 + inch[np.clip(_lines(program, steps), 1, len(inch)) - 1]
     result = points.copy()
     for one in np.unique(group):
@@ -102,8 +110,8 @@ def _as_written(program, points, steps, inch):
 
 
 def _with_chords(program, replaced, moves, steps, ends, before):
-    """(steps, kinds, feeds, ends) of a Table of moves that end at `ends`, arcs in chords; replaced (m,) bool: steps of the program; before: _Before
-    or None."""
+    """(steps, kinds, feeds, ends) of a Table of moves that end at `ends`, arcs in chords; replaced (m,) bool: steps of
+    the program; before: _Before or None."""
     arcs = sorted(moves.circles)
     parts, count = [], np.ones(len(moves), int)
     for k, last in zip(arcs, (-1, *arcs)):
@@ -116,17 +124,30 @@ def _with_chords(program, replaced, moves, steps, ends, before):
         else:
             begin = program.end[program.first[step + 1] - 1]
         made = path_moves.chords(begin, Move(records.ARC, tuple(ends[k].tolist()), None, moves.circles[k]))
-        parts += [ends[last + 1:k], made]
+        parts += [ends[last + 1 : k], made]
         count[k] = len(made)
-    parts.append(ends[arcs[-1] + 1:] if arcs else ends)
-    return np.repeat(steps, count), np.repeat(moves.kind, count), np.repeat(moves.feed.astype(np.float32), count), np.concatenate(parts)
+    parts.append(ends[arcs[-1] + 1 :] if arcs else ends)
+    return (
+        np.repeat(steps, count),
+        np.repeat(moves.kind, count),
+        np.repeat(moves.feed.astype(np.float32), count),
+        np.concatenate(parts),
+    )
 
 
 def same_moves(path, program):
     """Whether a Program makes the moves of a Foreseen, to SAME_MM, with the same tools in the same stocks."""
+
     def cuts(one):
         return [(e.at, e.kind, e.values) for e in one.events if e.kind in (records.TOOL, records.STOCK)]
 
-    return (len(path.kind) == len(program.kind) and path.lead.named_from == program.lead.named_from and bool(((path.kind == records.RAPID) == (program.kind == records.RAPID)).all())
-            and all(float(np.abs(path.end[k:k + PART_MOVES] - program.end[k:k + PART_MOVES]).max()) <= SAME_MM
-                    for k in range(0, len(path.kind), PART_MOVES)) and cuts(path) == cuts(program))
+    return (
+        len(path.kind) == len(program.kind)
+        and path.lead.named_from == program.lead.named_from
+        and bool(((path.kind == records.RAPID) == (program.kind == records.RAPID)).all())
+        and all(
+            float(np.abs(path.end[k : k + PART_MOVES] - program.end[k : k + PART_MOVES]).max()) <= SAME_MM
+            for k in range(0, len(path.kind), PART_MOVES)
+        )
+        and cuts(path) == cuts(program)
+    )

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Traverses of a rewritten program that stay too near to stock, whatever the map of the rewriting shows: they become feed moves.
+"""Traverses of a rewritten program that stay too near to stock, whatever the map of the rewriting shows: they become
+feed moves.
 
 Called by run.py, after its last repeat.  Lengths mm, machine coordinates of the tool's tip.
 """
@@ -13,8 +14,8 @@ from chipwise.rewrite.edits import Move
 
 
 def feed_traverses(program, edits, places):
-    """The traverses of a Program with Edits that end at places (n, 3) become feed moves, at the F of the feed move that comes next, else of the
-    one before.  Traverses of the program itself in loops, subs and cycles stay."""
+    """The traverses of a Program with Edits that end at places (n, 3) become feed moves, at the F of the feed move that
+    comes next, else of the one before.  Traverses of the program itself in loops, subs and cycles stay."""
     if not len(places):
         return
     for part in (edits.instead, edits.after):
@@ -46,7 +47,7 @@ def _ending_at(kind, end, places):
     rapid = rapid[np.argsort(end[rapid, 0], kind="stable")]
     x, found = end[rapid, 0], [np.zeros(0, int)]
     for place in np.unique(places, axis=0):
-        near = rapid[x.searchsorted(place[0] - SAME_MM):x.searchsorted(place[0] + SAME_MM, side="right")]
+        near = rapid[x.searchsorted(place[0] - SAME_MM) : x.searchsorted(place[0] + SAME_MM, side="right")]
         found.append(near[(np.abs(end[near] - place) <= SAME_MM).all(axis=1)])
     return np.unique(np.concatenate(found))
 

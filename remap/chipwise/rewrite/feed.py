@@ -3,16 +3,16 @@
 
 Called by run.py.  Source: JP3131045: F = UQ x LC / VC [0007], and [0013] for two bounds.
 
- 1. Each feed move is divided into pieces of the reference length.  The volume VC of each piece of length LC is cut out of the
-    stock as the moves before have left it.
- 2. One rate Q: F = Q LC / VC.  Two: the programmed F where its rate lies between them, else the nearest F whose rate does.
-    A tool's own max_rate bounds both.
- 3. A piece counts with the larger of the areas VC / LC of itself and its neighbours, for where in a piece the load changes is
-    not known.
- 4. F is never above the ceiling: what the axes can do, or less where it is asked for.  Where nothing is cut the programmed F stays.
-    On a stock or a tool that nobody has confirmed (rewrite/assumed.py) F is never raised.
- 5. Pieces one after the other whose F differ by at most SPREAD have one F, that of all of them together; a move is divided
-    where they differ.
+ 1. Each feed move is divided into pieces of the reference length.  The volume VC of each piece of length LC is cut out
+    of the stock as the moves before have left it.
+ 2. One rate Q: F = Q LC / VC.  Two: the programmed F where its rate lies between them, else the nearest F whose rate
+    does.  A tool's own max_rate bounds both.
+ 3. A piece counts with the larger of the areas VC / LC of itself and its neighbours, for where in a piece the load
+    changes is not known.
+ 4. F is never above the ceiling: what the axes can do, or less where it is asked for.  Where nothing is cut the
+    programmed F stays.  On a stock or a tool that nobody has confirmed (rewrite/assumed.py) F is never raised.
+ 5. Pieces one after the other whose F differ by at most SPREAD have one F, that of all of them together; a move is
+    divided where they differ.
 """
 
 import math
@@ -26,13 +26,14 @@ from chipwise.rewrite import sections
 from chipwise.rewrite.path_moves import arcs_through
 from chipwise.rewrite.edits import Edits, Move, Table, original
 
-SPREAD = 1.03               # more, and what is between is too fast or too slow; less, and moves are divided for the cells' sake
-AIR_MM = 0.005              # stock less deep than that is not cut
+SPREAD = 1.03  # more, and what is between is too fast or too slow; less, and moves are divided for the cells' sake
+AIR_MM = 0.005  # stock less deep than that is not cut
 
 
 @dataclass
 class Rates:
-    """What was asked for: mm3/min; lower 0: one rate; ceiling mm/min or None; split: the reference length, mm; raises: whether F may rise."""
+    """What was asked for: mm3/min; lower 0: one rate; ceiling mm/min or None; split: the reference length, mm; raises:
+    whether F may rise."""
 
     target: float
     lower: float = 0.0
@@ -47,10 +48,10 @@ class Figures:
 
     before_s: float = 0.0
     after_s: float = 0.0
-    moves: int = 0          # feed moves of the program
+    moves: int = 0  # feed moves of the program
     changed: int = 0
     divided: int = 0
-    peak_before: float = 0.0        # mm3/min
+    peak_before: float = 0.0  # mm3/min
     peak_after: float = 0.0
 
 
@@ -59,8 +60,8 @@ class Feeder:
 
     def __init__(self, program, geometry, cell, rates, speeds, fixed):
         self.program, self.rates, self.cell = program, rates, cell
-        self.speeds = np.array([s or np.inf for s in speeds]) * 60.0           # mm/min of the axes
-        self.fixed = fixed                                                      # lines whose F stays
+        self.speeds = np.array([s or np.inf for s in speeds]) * 60.0  # mm/min of the axes
+        self.fixed = fixed  # lines whose F stays
         self.sections = sections.sections(program, geometry)
         self.edits, self.figures = Edits(), Figures()
 
@@ -144,14 +145,14 @@ class Feeder:
         """Moves of a step that is divided; begin: its first piece."""
         moves, whole = [], original(self.program, step)
         end = begin + sum(count for count, _ in groups)
-        points = points[begin:end + 1]
+        points = points[begin : end + 1]
         if whole.kind == ARC:
             points = on_arc(whole.circle, points, np.concatenate(([True], np.diff(move[begin:end]) != 0, [True])))
         begin = 0
         for count, feed in groups:
             end = begin + count
             if whole.kind == ARC:
-                moves += arcs_through(whole.circle, points[begin:end + 1], 0.0, feed)[0]
+                moves += arcs_through(whole.circle, points[begin : end + 1], 0.0, feed)[0]
             else:
                 moves.append(Move(FEED, tuple(points[end].tolist()), feed))
             begin = end
@@ -159,12 +160,13 @@ class Feeder:
 
 
 def on_arc(circle, points, ends):
-    """Points (n, 3) along the chords of an arc, moved onto it; ends (n,) bool: those that chords begin or end at, which are on it."""
+    """Points (n, 3) along the chords of an arc, moved onto it; ends (n,) bool: those that chords begin or end at, which
+    are on it."""
     u, v = {1: (0, 1), 2: (1, 2), 3: (2, 0)}[circle.plane]
     off = points[:, [u, v]] - np.array(circle.centre)[[u, v]]
     radius, index = np.hypot(off[:, 0], off[:, 1]), np.arange(len(points))
     result, between = points.copy(), ~ends
-    wanted = np.interp(index[between], index[ends], radius[ends])           # that of a spiral changes
+    wanted = np.interp(index[between], index[ends], radius[ends])  # that of a spiral changes
     result[np.ix_(between, [u, v])] += off[between] * (wanted / radius[between] - 1.0)[:, None]
     return result
 
@@ -172,8 +174,8 @@ def on_arc(circle, points, ends):
 def grouped(wanted, now=None, own=None):
     """([(number of pieces, their F), ..], the last F): pieces one after the other whose F differ by at most SPREAD.
 
-    wanted (n,) mm/min, of pieces of the same length; now: F of the piece before, kept where it is not too fast and at most
-    SPREAD too slow; own: the programmed F, kept where it lies between those of the pieces; or None.
+    wanted (n,) mm/min, of pieces of the same length; now: F of the piece before, kept where it is not too fast and at
+    most SPREAD too slow; own: the programmed F, kept where it lies between those of the pieces; or None.
     """
     result, begin, low, high = [], 0, wanted[0], wanted[0]
     for k in range(1, len(wanted) + 1):
@@ -198,8 +200,8 @@ def grouped(wanted, now=None, own=None):
 def rewrite(program, geometry, cell, rates, speeds, fixed=(), progress=None):
     """(Edits, Figures) of a program: JP3131045.
 
-    geometry: {number: ToolGeometry}; cell: mm; rates: Rates; speeds: (3,) mm/s of the axes, None where unknown; fixed: numbers
-    of lines whose F stays.  Raises Unreadable.
+    geometry: {number: ToolGeometry}; cell: mm; rates: Rates; speeds: (3,) mm/s of the axes, None where unknown; fixed:
+    numbers of lines whose F stays.  Raises Unreadable.
     """
     feeder = Feeder(program, geometry, cell, rates, speeds, frozenset(fixed))
     return feeder.run(progress), feeder.figures

@@ -4,19 +4,21 @@
 Called by run.py.  Source: CN105492980 [0060]..[0093] and figure 7.
 
  1. Judge (S103): every move in the stock as the moves before have left it.  Long enough everywhere: nothing changes.
- 2. Otherwise a *body* at a time: feed moves across the tool's axis, one after the other, with the moves along the axis that
-    lead to them, at most MOST_MOVES.  Its points that are too deep are found (S104) and shifted along the axis until the flutes are long enough
-    (S105): R3, which takes the body's place.  Both ends of a segment are shifted, so that the whole of it is.  Shifting leaves
-    stock for the points behind it, so this is repeated until nothing changes.
+ 2. Otherwise a *body* at a time: feed moves across the tool's axis, one after the other, with the moves along the axis
+    that lead to them, at most MOST_MOVES.  Its points that are too deep are found (S104) and shifted along the axis
+    until the flutes are long enough
+    (S105): R3, which takes the body's place.  Both ends of a segment are shifted, so that the whole of it is.  Shifting
+    leaves stock for the points behind it, so this is repeated until nothing changes.
  3. Corners of R3 become arcs, and points where it turns back are bridged (trials.py, shift.py; figure 20).
- 4. The segments of the first path that still meet material (R4, figure 13), or the whole body (`whole`), are travelled again
-    and judged in the same way, until the first path itself has been cut (levels.py).
+ 4. The segments of the first path that still meet material (R4, figure 13), or the whole body (`whole`), are travelled
+    again and judged in the same way, until the first path itself has been cut (levels.py).
 
-Departs from the source: a body is finished before the next is begun, so every later move finds the stock that the first path
-would have left it.
+Departs from the source: a body is finished before the next is begun, so every later move finds the stock that the first
+path would have left it.
 
-Between any two bodies the following holds, and each step below keeps it: the map of the stock is as the first path leaves it up to there;
-`edits` has all that the new program does otherwise up to there; `proof` knows every move of the new program up to there.
+Between any two bodies the following holds, and each step below keeps it: the map of the stock is as the first path
+leaves it up to there; `edits` has all that the new program does otherwise up to there; `proof` knows every move of the
+new program up to there.
 """
 
 import functools
@@ -36,17 +38,19 @@ from chipwise.rewrite.links import ACROSS_MM, OVER_MM, Links
 from chipwise.rewrite.trial_proof import Sought
 from chipwise.rewrite.trials import Trials
 
-PIECES_ACROSS = 12          # of a tool's diameter: how finely a move is divided where it is shifted
-MOST_MOVES = 20_000         # of one body: longer ones are divided, so that the memory is limited
-MOST_WRITTEN = 20_000_000   # moves of the new program
+PIECES_ACROSS = 12  # of a tool's diameter: how finely a move is divided where it is shifted
+MOST_MOVES = 20_000  # of one body: longer ones are divided, so that the memory is limited
+MOST_WRITTEN = 20_000_000  # moves of the new program
 
 
 @dataclass(frozen=True)
 class Order:
     """What is asked for.
 
-    cell: mm, of the map; whole: travel the whole body again, not only where material is left; diameter: of the arcs at corners of the shifted path
-    (mm, None: the tool's); reserve: mm of the flutes that shifted paths leave unused; anywhere: also what cannot be rewritten
+    cell: mm, of the map; whole: travel the whole body again, not only where material is left; diameter: of the arcs at
+    corners of the shifted path
+    (mm, None: the tool's); reserve: mm of the flutes that shifted paths leave unused; anywhere: also what cannot be
+    rewritten
     (Program.check_shiftable()); needles: as in sections.in_stock(); clearance: mm that new traverses keep from stock.
     """
 
@@ -61,8 +65,9 @@ class Order:
 
 @dataclass
 class Ground:
-    """What a section is cut in: the HeightMap, which is cut as the work goes on; the number of its stock in the program, from 0; the tool; the
-    proof of depths (Sought) of the moves in this stock; links over it; what the whole program leaves of it."""
+    """What a section is cut in: the HeightMap, which is cut as the work goes on; the number of its stock in the
+    program, from 0; the tool; the proof of depths (Sought) of the moves in this stock; links over it; what the whole
+    program leaves of it."""
 
     stock: object
     number: int
@@ -93,14 +98,14 @@ class Ground:
 class Figures:
     """What was done; mm."""
 
-    bodies: int = 0             # shifted
-    segments: int = 0           # of R4
-    first_feed: float = 0.0     # length of the first path's feed moves
+    bodies: int = 0  # shifted
+    segments: int = 0  # of R4
+    first_feed: float = 0.0  # length of the first path's feed moves
     added_feed: float = 0.0
-    bridged: int = 0            # points dropped
-    lines: list = field(default_factory=list)       # (first, last, levels) of each body
-    written: int = 0            # moves of the new program
-    shifted: list = field(default_factory=list)     # (first move, end) of each body
+    bridged: int = 0  # points dropped
+    lines: list = field(default_factory=list)  # (first, last, levels) of each body
+    written: int = 0  # moves of the new program
+    shifted: list = field(default_factory=list)  # (first move, end) of each body
 
 
 class Shifter:
@@ -128,7 +133,9 @@ class Shifter:
         number = 0 if before is None else before.number + 1
         tools = [s.tool for s in found if s.tool and s.tool.shape]
         proof = Sought(stock, tools, functools.partial(depth_proof.path_of, self.program, found, tools))
-        return Ground(stock, number, section.tool, proof, links, functools.cache(functools.partial(self._final, number)))
+        return Ground(
+            stock, number, section.tool, proof, links, functools.cache(functools.partial(self._final, number))
+        )
 
     def _final(self, number):
         """The sections.Final of a stock, as read_back.same_stock() will have it."""
@@ -137,7 +144,8 @@ class Shifter:
     # ---- a section --------------------------------------------------------------------------------------------
 
     def _section(self, section):
-        """The moves of a section; when it returns, what the head of this file says of the begin of a body holds of the next section."""
+        """The moves of a section; when it returns, what the head of this file says of the begin of a body holds of the
+        next section."""
         program, first, end = self.program, section.first, section.end
         kinds = program.kind[first:end]
         start = program.start(first)
@@ -150,39 +158,45 @@ class Shifter:
             return
         # [2] else from the begin again, body by body
         before.restore()
-        del before                                              # a copy of the map
+        del before  # a copy of the map
         self._bodies(first, end, np.hypot(steps[:, 0], steps[:, 1]) > ACROSS_MM)
 
     def _long_enough(self, start, ends, kinds):
         """[1]: cuts the first path; whether the flutes reach."""
         ground = self.ground
         limit = sections.finite_room(ground.tool.flute_length)
-        return not any(((met["depth"] > limit + OVER_MM) & (kinds[owner] != RAPID)).any()
-                       for owner, met in sections.cut_along(ground.stock, ground.tool.shape, start, ends, SEGMENT_MM))
+        return not any(
+            ((met["depth"] > limit + OVER_MM) & (kinds[owner] != RAPID)).any()
+            for owner, met in sections.cut_along(ground.stock, ground.tool.shape, start, ends, SEGMENT_MM)
+        )
 
     def _bodies(self, first, end, across):
-        """[2]: the steps of a section whose flutes are too short somewhere; across (end - first,) bool: moves across the tool's axis.
+        """[2]: the steps of a section whose flutes are too short somewhere; across (end - first,) bool: moves across
+        the tool's axis.
 
-        A step that feeds across begins a body, which goes on to the next step that does not, or is divided at MOST_MOVES.  `lead` gathers the moves
-        along the axis since the last move across: they belong to the body behind them, or are a hole.
+        A step that feeds across begins a body, which goes on to the next step that does not, or is divided at
+        MOST_MOVES.  `lead` gathers the moves along the axis since the last move across: they belong to the body behind
+        them, or are a hole.
         """
         program = self.program
-        begins = program.first[program.step[first]:program.step[end - 1] + 1].clip(first, end)         # the first move of each step
+        begins = program.first[program.step[first] : program.step[end - 1] + 1].clip(
+            first, end
+        )  # the first move of each step
         goes = np.logical_or.reduceat(across, begins - first)
         begins, feeds = np.append(begins, end), program.kind[begins] != RAPID
-        stops = np.append(np.flatnonzero(~(goes & feeds)), len(feeds))                                 # steps outside of bodies
+        stops = np.append(np.flatnonzero(~(goes & feeds)), len(feeds))  # steps outside of bodies
         lead, k = [], 0
         while k < len(feeds):
-            at, behind = begins[k:k + 2].tolist()
-            if not goes[k]:                 # along the axis only
+            at, behind = begins[k : k + 2].tolist()
+            if not goes[k]:  # along the axis only
                 lead += range(at, behind)
                 k += 1
-            elif feeds[k]:                  # a body, up to the next step outside of one
+            elif feeds[k]:  # a body, up to the next step outside of one
                 divided = int(begins.searchsorted(at + MOST_MOVES, side="right")) - 1
                 k = max(k + 1, min(int(stops[stops.searchsorted(k)]), divided))
                 self._body(lead, at, int(begins[k]), end)
                 lead = []
-            else:                           # a rapid across: what came down before it was a hole
+            else:  # a rapid across: what came down before it was a hole
                 self._drill(lead)
                 self._traverse(at, behind)
                 lead = []
@@ -215,7 +229,9 @@ class Shifter:
         """One body: the feed moves first .. end - 1 across the tool's axis, with the moves `lead` that lead to them."""
         program, ground = self.program, self.ground
         # [S103] cut the body as the first path has it, and look how deep it was
-        points, owner = sections.pieces(np.concatenate((program.start(first)[None], program.end[first:end])), ground.piece)
+        points, owner = sections.pieces(
+            np.concatenate((program.start(first)[None], program.end[first:end])), ground.piece
+        )
         body = path_moves.Body(points, owner + first, lead)
         window = ground.window(points)
         self._lead_in(body, points)
@@ -225,7 +241,7 @@ class Shifter:
             ground.proof.follow(ground.tool, program.start(first), program.end[first:end])
             return
         # keep what the first path leaves of the stock, and put the stock back to before the body
-        target = ground.window(points)                          # what the first path leaves
+        target = ground.window(points)  # what the first path leaves
         window.restore()
         wall = self.links.wall(points[0])
         if not self.order.anywhere:
@@ -251,7 +267,7 @@ class Shifter:
         """Cut the moves that lead to a path (n, 3)."""
         self._cut_lead(body.lead, path[0, 2])
         if body.entered:
-            self.ground.cut(path[0], path[:1])                  # straight down: what is left is that of the lowest place
+            self.ground.cut(path[0], path[:1])  # straight down: what is left is that of the lowest place
 
     def _shifted(self, body, target=None, depth=None):
         """R3 of a path in the stock as it is, which is cut: (n, 3) points, NaN where they are left out.
@@ -259,8 +275,16 @@ class Shifter:
         depth, target: as in Trials.shifted().
         """
         ground = self.ground
-        trials = Trials(self.program, body, ground.stock, ground.tool, lambda path: self._lead_in(body, path), ground.proof,
-                        ground.tool.flute_length - self.order.reserve, self.more)
+        trials = Trials(
+            self.program,
+            body,
+            ground.stock,
+            ground.tool,
+            lambda path: self._lead_in(body, path),
+            ground.proof,
+            ground.tool.flute_length - self.order.reserve,
+            self.more,
+        )
         moved = trials.shifted(ground.radius if self.order.diameter is None else self.order.diameter / 2, target, depth)
         self.more = trials.more
         self.figures.bridged += trials.bridged
@@ -285,8 +309,11 @@ class Shifter:
         """Unreadable as soon as the new program has more moves than are read back."""
         self.figures.written += more
         if self.figures.written > MOST_WRITTEN:
-            raise Unreadable(f"the new program would have more than {MOST_WRITTEN} moves", "take a tool with longer flutes, or rewrite it in parts",
-                             line)
+            raise Unreadable(
+                f"the new program would have more than {MOST_WRITTEN} moves",
+                "take a tool with longer flutes, or rewrite it in parts",
+                line,
+            )
 
     # ---- what is written --------------------------------------------------------------------------------------
 
@@ -303,27 +330,37 @@ class Shifter:
         changed = np.isnan(moved[:, 2]) | (moved[:, 2] > body.points[:, 2] + 1e-9)
         steps = program.step[body.move]
         moves, spans = path_moves.moves_along(program, body, moved)
-        if z0 > body.points[0, 2] + 1e-9 and not body.lead:         # the tool is at the first path's height before
+        if z0 > body.points[0, 2] + 1e-9 and not body.lead:  # the tool is at the first path's height before
             down = Move(FEED, tuple(moved[0].tolist()), float(program.feed[body.move[0]]))
             moves, spans = Table.joined([Table.of([down]), moves]), np.concatenate(([[0, 0]], spans))
         # .. get the moves of R3 that come from them
         instead, owner = np.unique(steps[changed[:-1] | changed[1:]]), steps[spans[:, 0]]
         own = np.flatnonzero(np.isin(owner, instead))
-        edits.instead.put(instead, np.append(np.searchsorted(owner[own], instead), len(own)), moves.take(own), "shifted along the axis")
+        edits.instead.put(
+            instead,
+            np.append(np.searchsorted(owner[own], instead), len(own)),
+            moves.take(own),
+            "shifted along the axis",
+        )
         self.figures.added_feed += length_of(moved[~np.isnan(moved[:, 2])]) - length_of(body.points)
 
     def _lead(self, body, move, z0, wall):
         """Moves in place of one that leads to a body, which begins at z0."""
         program, place = self.program, self.program.end[move, :2].tolist()
         if program.kind[move] == ARC:
-            raise Unreadable("the flutes are too short where an arc from an unknown place ends", "name X, Y and Z in a straight move before it", int(program.line[move]))
+            raise Unreadable(
+                "the flutes are too short where an arc from an unknown place ends",
+                "name X, Y and Z in a straight move before it",
+                int(program.line[move]),
+            )
         if program.kind[move] != RAPID:
             return [Move(FEED, (*place, z0), float(program.feed[move]))]
         return self.links.lead_down(place, float(program.start(move)[2]), z0, wall, float(program.feed[body.move[0]]))
 
 
 def rewrite(program, geometry, order, progress=None):
-    """(Edits, Figures) of a program: CN105492980.  geometry: {number: ToolGeometry}; progress: called with the share that is done.
+    """(Edits, Figures) of a program: CN105492980.  geometry: {number: ToolGeometry}; progress: called with the share
+    that is done.
 
     Raises Unreadable.
     """

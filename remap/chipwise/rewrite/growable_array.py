@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Arrays that grow where they are: a long program is never there twice.  Called by program.py and expected_program.py."""
+"""Arrays that grow where they are: a long program is never there twice.  Called by program.py and
+expected_program.py."""
 
 import numpy as np
 
-ROOM = 4096                 # rows, and a sixteenth, that an array grows by at least
+ROOM = 4096  # rows, and a sixteenth, that an array grows by at least
 
 
 class Growing:
@@ -18,7 +19,7 @@ class Growing:
         count = self._count + len(rows)
         if count > len(self._array):
             self._to(count + count // 16 + ROOM)
-        self._array[self._count:count] = rows
+        self._array[self._count : count] = rows
         self._count = count
 
     def whole(self):
@@ -29,4 +30,6 @@ class Growing:
         return result
 
     def _to(self, count):
-        self._array.resize((count, *self._shape), refcheck=False)       # realloc(): the kernel moves large arrays without a copy
+        self._array.resize(
+            (count, *self._shape), refcheck=False
+        )  # realloc(): the kernel moves large arrays without a copy

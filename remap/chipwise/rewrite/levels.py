@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What shifting a body has left of the first path, travelled again level by level until the first path itself has been cut.
+"""What shifting a body has left of the first path, travelled again level by level until the first path itself has been
+cut.
 
 Called by flute.py, whose [4] this is.  Source: CN105492980 [0088]..[0093], figure 13.
 
 A level is one round:
- 1. Try: what of the first path has not been travelled where it is, is cut in a window of the map, and the window is put back.
+ 1. Try: what of the first path has not been travelled where it is, is cut in a window of the map, and the window is put
+    back.
  2. What has met material is left (R4).  If nothing has, the body is done.
- 3. The segments of R4, or the whole body, are shifted as the body itself was, and cut.  Between two of them the tool goes up to where the program
-    last travelled, across, and down to a gap above what it has cut.
+ 3. The segments of R4, or the whole body, are shifted as the body itself was, and cut.  Between two of them the tool
+    goes up to where the program last travelled, across, and down to a gap above what it has cut.
 
 Lengths mm, machine coordinates of the tool's tip.
 """
@@ -24,9 +26,9 @@ from chipwise.rewrite.links import OVER_MM
 from chipwise.rewrite.segments import segments, with_links
 from chipwise.rewrite.trial_proof import OVER_STOCK_MM
 
-LEFT_DEPTH = 0.15           # cells of depth, or of a cell's height, less than read_back.py's HEIGHT_CELLS, and
-LEFT_SHARE = 0.005          # cells of mean height across the tool, below which nothing is left to travel again for
-MOST_LEVELS = 1000          # of one body
+LEFT_DEPTH = 0.15  # cells of depth, or of a cell's height, less than read_back.py's HEIGHT_CELLS, and
+LEFT_SHARE = 0.005  # cells of mean height across the tool, below which nothing is left to travel again for
+MOST_LEVELS = 1000  # of one body
 
 
 class Levels:
@@ -35,8 +37,8 @@ class Levels:
     At the begin of each round:
      - the map is as everything that is written leaves it, and the tip is at `at` (3,);
      - done[k]: segment k of the first path has been travelled where it is, so nothing of it is left;
-     - a round after the first has made what the first path would still meet less, in volume or in its greatest depth (`had`), or the body is refused.
-       Each is bounded below, and MOST_LEVELS bounds the rounds.
+     - a round after the first has made what the first path would still meet less, in volume or in its greatest depth
+       (`had`), or the body is refused.  Each is bounded below, and MOST_LEVELS bounds the rounds.
     """
 
     def __init__(self, program, ground, body, moved):
@@ -44,11 +46,12 @@ class Levels:
         self.s = shift.along(body.points)
         self.done, self.at = unshifted(body.points, moved), moved[-1]
         self.count, self.had = 1, (math.inf, math.inf)
-        self.written = []                               # Tables of moves
-        self.segments, self.feed = 0, 0.0               # how many, and their length
+        self.written = []  # Tables of moves
+        self.segments, self.feed = 0, 0.0  # how many, and their length
 
     def run(self, shifted, whole=False):
-        """shifted: function of a Body -> its path (n, 3) in the stock as it is, which is cut; whole: the whole body each time.  Raises Unreadable."""
+        """shifted: function of a Body -> its path (n, 3) in the stock as it is, which is cut; whole: the whole body
+        each time.  Raises Unreadable."""
         window = self.ground.window(self.body.points)
         while not self.done.all():
             left, now = self._tried(window)
@@ -60,19 +63,25 @@ class Levels:
                 self._travel(a, b, shifted)
             self.count += 1
             if self.count > MOST_LEVELS or not less:
-                raise Unreadable(f"the flutes of tool {self.ground.tool.number} are too short, and shifting the path does not help",
-                                 "take a tool with longer flutes", int(self.program.line[self.body.move[0]]))
+                raise Unreadable(
+                    f"the flutes of tool {self.ground.tool.number} are too short, and shifting the path does not help",
+                    "take a tool with longer flutes",
+                    int(self.program.line[self.body.move[0]]),
+                )
             self.had = now
 
     def _parts(self, left):
-        """[(first, last)]: points of the segments that are travelled again; left (n - 1,) bool: where something is left."""
+        """[(first, last)]: points of the segments that are travelled again; left (n - 1,) bool: where something is
+        left."""
         ground, diameter = self.ground, self.ground.tool.shape.diameter
-        return with_links(segments(left, self.s, ground.stock.cell, ground.radius), self.body.points, self.s, diameter, ground.links)
+        return with_links(
+            segments(left, self.s, ground.stock.cell, ground.radius), self.body.points, self.s, diameter, ground.links
+        )
 
     def _travel(self, a, b, shifted):
         """The segment from point a to point b: the link to it, and its path."""
-        part = path_moves.Body(self.body.points[a:b + 1], self.body.move[a:b], [], entered=True)
-        link = self.ground.links.to_segment(self.at, part, self.body)           # in the stock as it is before the segment is cut
+        part = path_moves.Body(self.body.points[a : b + 1], self.body.move[a:b], [], entered=True)
+        link = self.ground.links.to_segment(self.at, part, self.body)  # in the stock as it is before the segment is cut
         path = shifted(part)
         self.done[a:b] |= unshifted(part.points, path)
         self.written += [Table.of(link(path[0, 2])), path_moves.moves_along(self.program, part, path)[0]]
@@ -80,10 +89,11 @@ class Levels:
         self.segments += 1
         self.feed += length_of(path[~np.isnan(path[:, 2])])
 
-    # ---- what is left --------------------------------------------------------------------------------------------------
+    # ---- what is left ------------------------------------------------------------------------------------------------
 
     def _tried(self, window):
-        """((n - 1,) bool: where something is left, (volume mm3, greatest depth mm) that the first path would meet).  The map is as before."""
+        """((n - 1,) bool: where something is left, (volume mm3, greatest depth mm) that the first path would meet).
+        The map is as before."""
         window.keep()
         met, left, deepest = self._first_path()
         if not left.any():
@@ -92,7 +102,8 @@ class Levels:
         return left, (float(met["volume"].sum(dtype=np.float64)), deepest)
 
     def _first_path(self):
-        """Cuts what has not been done of the first path; -> (MET records (n - 1,), (n - 1,) bool: where something is left, how deep it is)."""
+        """Cuts what has not been done of the first path; -> (MET records (n - 1,), (n - 1,) bool: where something is
+        left, how deep it is)."""
         ground, points = self.ground, self.body.points
         places, goes, segment = path_moves.without(points, self.done, ground.stock.z_max + OVER_STOCK_MM)
         met = np.zeros(len(self.done), MET)
@@ -112,7 +123,8 @@ class Levels:
         return (met["depth"] > cell) | ((met["depth"] > LEFT_DEPTH * cell) & (share > LEFT_SHARE))
 
     def _left_bit_by_bit(self, met, window):
-        """(n - 1,) bool: pieces that lower a cell, though each of them by little, which the proof would find too high without them."""
+        """(n - 1,) bool: pieces that lower a cell, though each of them by little, which the proof would find too high
+        without them."""
         points, reach = self.body.points, self.ground.radius + self.ground.piece
         left = np.zeros(len(points) - 1, bool)
         for place in window.left(LEFT_DEPTH * self.ground.stock.cell, self.ground.final()):
@@ -127,5 +139,5 @@ def length_of(points):
 
 def unshifted(points, path):
     """(n - 1,) bool: segments of points (n, 3) that a path (n, 3) travels where they are: nothing is left of them."""
-    here = path[:, 2] <= points[:, 2] + 1e-9                    # a bridged point is NaN
+    here = path[:, 2] <= points[:, 2] + 1e-9  # a bridged point is NaN
     return here[:-1] & here[1:]

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A program with a comment on each of its lines that says which line is executed (program/executed_words.py).  Called by marked_reader.py.
+"""A program with a comment on each of its lines that says which line is executed (program/executed_words.py).  Called
+by marked_reader.py.
 
- 1. Each line of code gets the mark `chipwise-at FILE LINE WHAT` in the place of its comments: the last comment of a line counts.  A
-    comment that does something comes before it, on a line of its own.  Lines with O-words and remarks stay as they are.
- 2. Marks stand before and behind each outermost block.
- 3. Subs in files of their own come before the program: LinuxCNC takes a sub that it has read before it looks for a file
-    (2.9: interp_o_word.cc, control_back_to).
+1. Each line of code gets the mark `chipwise-at FILE LINE WHAT` in the place of its comments: the last comment of a line
+   counts.  A comment that does something comes before it, on a line of its own.  Lines with O-words and remarks stay as
+   they are.
+2. Marks stand before and behind each outermost block.
+3. Subs in files of their own come before the program: LinuxCNC takes a sub that it has read before it looks for a file
+   (2.9: interp_o_word.cc, control_back_to).
 """
 
 import os
@@ -20,9 +22,9 @@ from chipwise.host.files import read_bytes
 from chipwise.rewrite.blocks import blocks_of, o_word
 from chipwise.rewrite.words import active_comments, code, plain_move
 
-MOST_BYTES = 250            # of a line; LinuxCNC takes 255
-_PARAMETER = re.compile(r"(?<!#)#\s*(?:(\d+)|<([^<>]*)>)\s*$")      # before a =
-_NUMBERS = range(1, 5001)   # of parameters that are the user's
+MOST_BYTES = 250  # of a line; LinuxCNC takes 255
+_PARAMETER = re.compile(r"(?<!#)#\s*(?:(\d+)|<([^<>]*)>)\s*$")  # before a =
+_NUMBERS = range(1, 5001)  # of parameters that are the user's
 
 
 @dataclass
@@ -50,13 +52,17 @@ def marked_line(text, file, number):
     if len(own) + len(end) > MOST_BYTES:
         own = re.sub(r"\s+", "", own)
         if len(own) + len(end) > MOST_BYTES:
-            raise Unreadable(f"a line of {len(own)} characters in a program with calls or loops cannot be followed", "divide the line", number)
+            raise Unreadable(
+                f"a line of {len(own)} characters in a program with calls or loops cannot be followed",
+                "divide the line",
+                number,
+            )
     return before + own + end
 
 
 def marked(source, blocks, files, checks):
-    """Bytes of a program with marks.  source: lines of text; blocks: its Blocks [2]; files: SubFiles [3]; checks: {line: number that the
-    mark behind it has, which says what holds there}."""
+    """Bytes of a program with marks.  source: lines of text; blocks: its Blocks [2]; files: SubFiles [3]; checks:
+    {line: number that the mark behind it has, which says what holds there}."""
     outermost = blocks.outermost
     out, top = [], 0
     if source and source[0].strip() == "%":
@@ -102,13 +108,19 @@ def sub_files(blocks, ini):
 
 def _only_subs(sub, own):
     """Whether a file has nothing but O-word subs."""
-    outside = (code(text.decode("utf-8", "replace")).strip().lower() for n, text in enumerate(sub.lines, 1) if n not in own.subs)
+    outside = (
+        code(text.decode("utf-8", "replace")).strip().lower()
+        for n, text in enumerate(sub.lines, 1)
+        if n not in own.subs
+    )
     return all(text in ("", "%", "m2", "m02", "m30") for text in outside)
 
 
 def _sub_file(name, ini):
     for folder in sub_folders(ini):
-        path = os.path.join(os.path.dirname(os.path.abspath(ini)), folder, name.decode("utf-8", "surrogateescape") + ".ngc")
+        path = os.path.join(
+            os.path.dirname(os.path.abspath(ini)), folder, name.decode("utf-8", "surrogateescape") + ".ngc"
+        )
         try:
             return SubFile(path, read_bytes(path, MAX_BYTES).splitlines(keepends=True))
         except OSError:
@@ -127,7 +139,8 @@ def _assigned(text):
 
 
 def watched(texts):
-    """{"numbers", "names"}: the parameters of the user that lines of text set; all numbers if an expression says which."""
+    """{"numbers", "names"}: the parameters of the user that lines of text set; all numbers if an expression says
+    which."""
     found = {own for text in texts if "=" in text for own in _assigned(text)}
     numbers = set(_NUMBERS) if None in found else {own for own in found if isinstance(own, int)} & set(_NUMBERS)
     return {"numbers": sorted(numbers), "names": sorted(own for own in found if isinstance(own, str))}

@@ -10,7 +10,7 @@ from chipwise.program.records import ARC, FEED, RAPID
 INCH = 25.4
 _ARC_LETTERS = {1: ((0, "I"), (1, "J")), 2: ((1, "J"), (2, "K")), 3: ((0, "I"), (2, "K"))}
 G = {RAPID: "G0", FEED: "G1"}
-PLANE = {1: 17, 2: 19, 3: 18}       # G word of a Circle's plane
+PLANE = {1: 17, 2: 19, 3: 18}  # G word of a Circle's plane
 
 
 class Numbers:
@@ -27,7 +27,7 @@ class Numbers:
         """Rounded down: a feed is never larger than was wanted."""
         digits = 3 if self.inch else 2
         value = mm_min * self.scale
-        return plain(math.floor(value * 10 ** digits + 1e-6) / 10 ** digits, digits) if value > 1.0 else plain(value, 5)
+        return plain(math.floor(value * 10**digits + 1e-6) / 10**digits, digits) if value > 1.0 else plain(value, 5)
 
 
 def plain(value, digits):
@@ -54,7 +54,7 @@ class MoveText:
     def __init__(self, frame, modes, at):
         self.frame, self.modes, self.at = frame, modes, at
         self.numbers = Numbers(modes.units)
-        self.written = None         # X Y Z as the output has them
+        self.written = None  # X Y Z as the output has them
 
     def words(self, move):
         """The words of a Move but for F; none for a straight one that goes nowhere."""
@@ -66,8 +66,10 @@ class MoveText:
             return []
         words.insert(0, g_code(move))
         if move.kind == ARC:
-            words += self._centre(move.circle, np.array([float(t) for t in before]) / self.numbers.scale if before
-                                  else self.frame.to_work(begin))
+            words += self._centre(
+                move.circle,
+                np.array([float(t) for t in before]) / self.numbers.scale if before else self.frame.to_work(begin),
+            )
         return words
 
     def _centre(self, circle, begin):

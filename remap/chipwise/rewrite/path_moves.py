@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Moves along paths of points: as they are written, and as LinuxCNC's interpreter gives them back.
 
-Called by flute.py, levels.py and feed.py.  Straight steps lose the points on a line, arcs stay arcs where their shift is the same.
-Lengths mm, machine coordinates of the tool's tip.
+Called by flute.py, levels.py and feed.py.  Straight steps lose the points on a line, arcs stay arcs where their shift
+is the same.  Lengths mm, machine coordinates of the tool's tip.
 """
 
 import math
@@ -17,15 +17,15 @@ from chipwise.rewrite import shift
 from chipwise.rewrite.edits import Move, Table
 from chipwise.rewrite.program import Circle
 
-ARC_RAD = 2.9               # of a part of an arc at most: less than half a turn has one centre whatever its rounding
-NEAR_SEGMENTS = 10          # that are done are travelled: going up, across and down between those beside them costs as much
-LINE_MM = 2e-4              # points nearer to a line are on it
+ARC_RAD = 2.9  # of a part of an arc at most: less than half a turn has one centre whatever its rounding
+NEAR_SEGMENTS = 10  # that are done are travelled: going up, across and down between those beside them costs as much
+LINE_MM = 2e-4  # points nearer to a line are on it
 
 
 @dataclass
 class Body:
-    """points (n, 3) of the first path; move (n - 1,): the program's move each segment is a piece of; lead: vertical moves before;
-    entered: the tool comes down from above to the first point."""
+    """points (n, 3) of the first path; move (n - 1,): the program's move each segment is a piece of; lead: vertical
+    moves before; entered: the tool comes down from above to the first point."""
 
     points: np.ndarray
     move: np.ndarray
@@ -34,10 +34,11 @@ class Body:
 
 
 def without(points, done, above):
-    """A path along the segments of points (k + 1, 3) that are not done (k,) bool, up to `above` (mm), across and down between them.
+    """A path along the segments of points (k + 1, 3) that are not done (k,) bool, up to `above` (mm), across and down
+    between them.
 
-    -> (places (n, 3), goes (n - 1,) bool: whether a move goes along a segment, segment (n - 1,) int: along which, or to which one it leads).
-    Some that are done may be travelled, too.
+    -> (places (n, 3), goes (n - 1,) bool: whether a move goes along a segment, segment (n - 1,) int: along which, or to
+    which one it leads).  Some that are done may be travelled, too.
     """
     index = np.flatnonzero(~done)
     parts = np.split(index, np.flatnonzero(np.diff(index) > NEAR_SEGMENTS) + 1)
@@ -46,42 +47,46 @@ def without(points, done, above):
         a, b = int(part[0]), int(part[-1]) + 1
         if places:
             places.append([[*places[-1][-1, :2], above], [*points[a, :2], above]])
-            goes.append(np.zeros(3, bool))                      # up, across, down
+            goes.append(np.zeros(3, bool))  # up, across, down
             segment.append([a, a, a])
-        places.append(points[a:b + 1])
+        places.append(points[a : b + 1])
         goes.append(np.ones(b - a, bool))
         segment.append(np.arange(a, b))
     return np.concatenate(places), np.concatenate(goes), np.concatenate(segment)
 
 
 def moves_along(program, part, path):
-    """(Table of the moves along the path of a Body, (n, 2) int: the first and the last of its points that each of them goes along).
+    """(Table of the moves along the path of a Body, (n, 2) int: the first and the last of its points that each of them
+    goes along).
 
     path (n, 3): where the Body's points have been shifted to; NaN: left out.
     """
     steps = program.step[part.move]
     bounds = np.concatenate(([0], np.flatnonzero(np.diff(steps)) + 1, [len(steps)]))
     circles = program.circle[steps[bounds[:-1]]]
-    single = (circles < 0) & ((np.diff(bounds) == 1) | _lines(part.points, path[:, 2], bounds))     # one straight move: most of a long program
+    single = (circles < 0) & (
+        (np.diff(bounds) == 1) | _lines(part.points, path[:, 2], bounds)
+    )  # one straight move: most of a long program
     runs = np.concatenate(([0], np.flatnonzero(np.diff(single)) + 1, [len(single)])).tolist()
     tables, spans = [], []
     for a, b in zip(runs[:-1], runs[1:]):
         if single[a]:
-            table, own = _singles(program, part, path, bounds[a:b], bounds[a + 1:b + 1])
+            table, own = _singles(program, part, path, bounds[a:b], bounds[a + 1 : b + 1])
         else:
-            table, own = _pieces(program, part, path, bounds[a:b + 1].tolist(), circles[a:b].tolist())
+            table, own = _pieces(program, part, path, bounds[a : b + 1].tolist(), circles[a:b].tolist())
         tables.append(table)
         spans.append(own)
     return Table.joined(tables), np.concatenate(spans)
 
 
 def _lines(points, z, bounds):
-    """(k,) bool: whether the heights z (n,) of a path between the points `bounds` (k + 1,) are surely on a line, as kept_points() sees it."""
+    """(k,) bool: whether the heights z (n,) of a path between the points `bounds` (k + 1,) are surely on a line, as
+    kept_points() sees it."""
     s, a, b = shift.along(points), bounds[:-1], bounds[1:]
-    of = np.repeat(np.arange(len(a)), b - a)                    # of the points but the first
+    of = np.repeat(np.arange(len(a)), b - a)  # of the points but the first
     length = np.where(s[b] > s[a], s[b] - s[a], np.nan)
     off = np.abs(z[1:] - z[a][of] - ((z[b] - z[a]) / length)[of] * (s[1:] - s[a][of]))
-    return np.maximum.reduceat(off, a) <= LINE_MM - 1e-9        # NaN: no
+    return np.maximum.reduceat(off, a) <= LINE_MM - 1e-9  # NaN: no
 
 
 def _singles(program, part, path, a, b):
@@ -113,8 +118,8 @@ def _pieces(program, part, path, bounds, circles):
 def _straight(feed, part, path, a, b):
     """([Move], spans) of the points a .. b of one straight step, those on a line left out."""
     moves, spans = [], []
-    before = int(_travelled(path[:a + 1])[-1])
-    for k in kept_points(shift.along(part.points[a:b + 1]), path[a:b + 1, 2]):
+    before = int(_travelled(path[: a + 1])[-1])
+    for k in kept_points(shift.along(part.points[a : b + 1]), path[a : b + 1, 2]):
         if k > 0:
             moves.append(Move(FEED, tuple(path[a + k].tolist()), feed))
             spans.append((before, a + k))
@@ -131,13 +136,13 @@ def _arc(circle, feed, part, path, a, b):
         e = k + 1
         while e < b and abs(amount[e + 1] - amount[k]) < 1e-9 and abs(amount[e] - amount[k]) < 1e-9:
             e += 1
-        if np.isnan(path[k:e + 1]).any() or abs(amount[e] - amount[k]) > 1e-9 or e - k < 3:
+        if np.isnan(path[k : e + 1]).any() or abs(amount[e] - amount[k]) > 1e-9 or e - k < 3:
             for i in range(k + 1, e + 1):
                 if not np.isnan(path[i, 2]):
                     moves.append(Move(FEED, tuple(path[i].tolist()), feed))
                     spans.append((i - 1, i))
         else:
-            arcs, ends = arcs_through(circle, path[k:e + 1], float(amount[k]), feed)
+            arcs, ends = arcs_through(circle, path[k : e + 1], float(amount[k]), feed)
             moves += arcs
             spans += [(k + i, k + j) for i, j in zip([0, *ends], ends)]
         k = e
@@ -145,29 +150,38 @@ def _arc(circle, feed, part, path, a, b):
 
 
 def arcs_through(circle, points, amount, feed):
-    """(Arcs, index of the point each ends at) through points (n, 3) of a circle shifted by an amount along Z, none of more than
-    ARC_RAD."""
+    """(Arcs, index of the point each ends at) through points (n, 3) of a circle shifted by an amount along Z, none of
+    more than ARC_RAD."""
     centre = (circle.centre[0], circle.centre[1], circle.centre[2] + amount)
     u, v = {1: (0, 1), 2: (1, 2), 3: (2, 0)}[circle.plane]
     angle = np.unwrap(np.arctan2(points[:, v] - centre[v], points[:, u] - centre[u]))
     parts = max(1, math.ceil(abs(angle[-1] - angle[0]) / ARC_RAD))
     ends = np.unique(np.round(np.linspace(0, len(points) - 1, parts + 1)).astype(int))[1:]
     turns = math.copysign(1.0, circle.turns)
-    return [Move(ARC, tuple(points[e].tolist()), feed, Circle(circle.plane, centre, turns)) for e in ends.tolist()], ends.tolist()
+    return [
+        Move(ARC, tuple(points[e].tolist()), feed, Circle(circle.plane, centre, turns)) for e in ends.tolist()
+    ], ends.tolist()
 
 
 def polyline(start, moves):
-    """(points (n, 3), owner (n - 1,)): a Table of moves from a place as program/reader.py gives them, arcs in chords."""
-    begin, count, parts, last = np.concatenate((np.array(start, float)[None], moves.end)), np.ones(len(moves), int), [], 0
+    """(points (n, 3), owner (n - 1,)): a Table of moves from a place as program/reader.py gives them, arcs in
+    chords."""
+    begin, count, parts, last = (
+        np.concatenate((np.array(start, float)[None], moves.end)),
+        np.ones(len(moves), int),
+        [],
+        0,
+    )
     for number, circle in sorted(moves.circles.items()):
         made = chords(tuple(begin[number].tolist()), Move(ARC, tuple(moves.end[number].tolist()), None, circle))
-        parts += [begin[last:number + 1], made]
+        parts += [begin[last : number + 1], made]
         count[number], last = len(made), number + 2
     return np.concatenate((*parts, begin[last:])), np.repeat(np.arange(len(moves)), count)
 
 
 def chords(begin, move):
-    """(n, 3): ends of the chords of an arc of at most half a turn; its radius goes over from that of its begin to that of its end."""
+    """(n, 3): ends of the chords of an arc of at most half a turn; its radius goes over from that of its begin to that
+    of its end."""
     centre, end = move.circle.centre, np.array(move.end)
     u, v = {1: (0, 1), 2: (1, 2), 3: (2, 0)}[move.circle.plane]
     along = 3 - u - v
@@ -185,7 +199,8 @@ def chords(begin, move):
 
 
 def kept_points(s, z, tolerance=LINE_MM):
-    """Indices of the points of a polyline (s, z) that stay when those within a tolerance of a line are left out; NaN: left out."""
+    """Indices of the points of a polyline (s, z) that stay when those within a tolerance of a line are left out; NaN:
+    left out."""
     good = np.flatnonzero(~np.isnan(z))
     if not len(good):
         return []
@@ -194,7 +209,7 @@ def kept_points(s, z, tolerance=LINE_MM):
         a, b = stack.pop()
         if b - a < 2:
             continue
-        i, inner = good[[a, b]], good[a + 1:b]
+        i, inner = good[[a, b]], good[a + 1 : b]
         line = np.interp(s[inner], s[i], z[i]) if s[i[1]] > s[i[0]] else np.full(len(inner), z[i[0]])
         off = np.abs(z[inner] - line)
         worst = int(off.argmax())

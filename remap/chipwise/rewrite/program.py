@@ -24,8 +24,8 @@ from chipwise.rewrite.growable_array import Growing
 from chipwise.rewrite.source import Lines
 from chipwise.rewrite.words import only_comment, plain_move, words_of
 
-MOST_MOVES = 4_000_000          # 500 MB
-INCH = 25.4                     # mm
+MOST_MOVES = 4_000_000  # 500 MB
+INCH = 25.4  # mm
 
 
 class Modes(NamedTuple):
@@ -36,17 +36,27 @@ class Modes(NamedTuple):
     plane: float = 17
     cutter_side: float = 40
     arc_distance: float = 91.1
-    cycle: float = 0            # 73, 74, 76, 81 .. 89 while such a cycle is modal, else 0
-    diameter: float = 8         # 7: X is a diameter
-    synchronised: float = 0     # of SYNCHRONISED while it is modal, else 0
-    unclear: bool = False       # a G word on this line is an expression
+    cycle: float = 0  # 73, 74, 76, 81 .. 89 while such a cycle is modal, else 0
+    diameter: float = 8  # 7: X is a diameter
+    synchronised: float = 0  # of SYNCHRONISED while it is modal, else 0
+    unclear: bool = False  # a G word on this line is an expression
 
 
-SYNCHRONISED = {33, 33.1, 74, 76, 84}        # motion that follows the spindle
+SYNCHRONISED = {33, 33.1, 74, 76, 84}  # motion that follows the spindle
 # which of Modes a G word sets
-_SETS = {float(code): name for name, codes in {
-    "distance": (90, 91), "units": (20, 21), "plane": (17, 18, 19), "cutter_side": (40, 41, 41.1, 42, 42.1),
-    "arc_distance": (90.1, 91.1), "diameter": (7, 8), "cycle": (0, 1, 2, 3, 33, 33.1, 73, 74, 76, *range(80, 90))}.items() for code in codes}
+_SETS = {
+    float(code): name
+    for name, codes in {
+        "distance": (90, 91),
+        "units": (20, 21),
+        "plane": (17, 18, 19),
+        "cutter_side": (40, 41, 41.1, 42, 42.1),
+        "arc_distance": (90.1, 91.1),
+        "diameter": (7, 8),
+        "cycle": (0, 1, 2, 3, 33, 33.1, 73, 74, 76, *range(80, 90)),
+    }.items()
+    for code in codes
+}
 _CYCLES = {73, 74, 76, *range(81, 90)}
 
 
@@ -69,8 +79,14 @@ def modes_by_line(source, subs, modes):
     """[Modes on each line] of a program that is run from the first line to the last; subs: numbers of lines in subs."""
     result = []
     for number, text in enumerate(source, 1):
-        if number not in subs and (modes.unclear or (("G" in text or "g" in text) and not only_comment(text)
-                                                     and (modes.cycle or modes.synchronised or not plain_move(text)))):    # that ends a cycle, no more
+        if number not in subs and (
+            modes.unclear
+            or (
+                ("G" in text or "g" in text)
+                and not only_comment(text)
+                and (modes.cycle or modes.synchronised or not plain_move(text))
+            )
+        ):  # that ends a cycle, no more
             modes = after_line(modes, text)
         result.append(modes)
     return result
@@ -97,8 +113,9 @@ class Event:
 
 @dataclass(frozen=True)
 class Lead:
-    """The first moves of a program, up to where it has named X, Y and Z (rules.Unplaced): known_from: number of the first move that is cut, arrives:
-    whether that one begins anywhere, and counts at its end only; named_from: of the first move that has all axes named; notes: [[line, text]]."""
+    """The first moves of a program, up to where it has named X, Y and Z (rules.Unplaced): known_from: number of the
+    first move that is cut, arrives:  whether that one begins anywhere, and counts at its end only; named_from: of the
+    first move that has all axes named; notes: [[line, text]]."""
 
     known_from: int = 0
     arrives: bool = False
@@ -115,7 +132,8 @@ class Moves:
     known_from = property(lambda self: self.lead.known_from)
 
     def start(self, move):
-        """(3,): start of a move. The machine's position before the first is unknown: the first move starts at its end."""
+        """(3,): start of a move. The machine's position before the first is unknown: the first move starts at its
+        end."""
         return self.end[move if self.lead.arrives and move == self.lead.known_from else max(move - 1, 0)]
 
 
@@ -140,15 +158,19 @@ class Program(Moves):
     circles: list
     frames: list
     events: list
-    source: Sequence        # lines of text
-    modes: list             # Modes on each line
+    source: Sequence  # lines of text
+    modes: list  # Modes on each line
     messages: list = field(default_factory=list)
-    notes: list = field(default_factory=list)       # [line, text] about how it was read
+    notes: list = field(default_factory=list)  # [line, text] about how it was read
     blocks: Blocks = field(default_factory=Blocks)
-    place: Optional[np.ndarray] = None        # (n,) int: the line of the program itself that makes a move; of a block, its first (marked_reader.py)
-    marks: Optional[np.ndarray] = None        # (k, 9): moves before it, line and values of each MARK record of a marked program
-    items: Optional[list] = None              # what the marks refer to
-    simulated: dict = field(default_factory=dict)   # by cell: proof.simulated() of it
+    place: Optional[np.ndarray] = (
+        None  # (n,) int: the line of the program itself that makes a move; of a block, its first (marked_reader.py)
+    )
+    marks: Optional[np.ndarray] = (
+        None  # (k, 9): moves before it, line and values of each MARK record of a marked program
+    )
+    items: Optional[list] = None  # what the marks refer to
+    simulated: dict = field(default_factory=dict)  # by cell: proof.simulated() of it
     lead: Lead = Lead()
 
     @property
@@ -161,10 +183,11 @@ class Program(Moves):
         return self.modes[line - 1] if 1 <= line <= len(self.modes) else Modes()
 
     def as_written(self, points, step):
-        """(n, 3) points as they are read back once they are written at a step: rounded to the last digit (text.Numbers)."""
+        """(n, 3) points as they are read back once they are written at a step: rounded to the last digit
+        (text.Numbers)."""
         frame, digits, unit = self.frames[self.frame[step]], 5, 1.0
         if frame.turn:
-            return points                               # not worth it
+            return points  # not worth it
         if self.modes_on(step).units == 20:
             digits, unit = 6, INCH
         zero = np.asarray(frame.offset) + np.asarray(frame.g92)
@@ -177,7 +200,8 @@ class Program(Moves):
 
     @functools.cached_property
     def first_not_plain(self):
-        """Number of the first line with a G word that is an expression, or with cutter compensation on; infinite without one."""
+        """Number of the first line with a G word that is an expression, or with cutter compensation on; infinite
+        without one."""
         return next((n for n, modes in enumerate(self.modes, 1) if modes.unclear or modes.cutter_side != 40), math.inf)
 
     @functools.cached_property
@@ -197,7 +221,8 @@ class Program(Moves):
             raise Unreadable(f"{why} here, and {what}", "write the program out without them", line)
 
     def check_shiftable(self, first, end):
-        """Unreadable where moves first .. end - 1 are written in a way that cannot be shifted; those in blocks of a traced program stay."""
+        """Unreadable where moves first .. end - 1 are written in a way that cannot be shifted; those in blocks of a
+        traced program stay."""
         places = self.places[first:end]
         if not (self.traced or self.blocks.calls or self.blocks.inside) and int(places.max()) < self.first_not_plain:
             return
@@ -206,8 +231,11 @@ class Program(Moves):
                 continue
             self.check_writable(int(self.step[first + at]), "the flutes are too short")
             if 1 <= place <= len(self.modes) and self.modes[place - 1].cutter_side != 40:
-                raise Unreadable("the flutes are too short here, and cutter compensation is on (G41, G42)",
-                                 "write the program with the tool's own path", int(self.line[first]))
+                raise Unreadable(
+                    "the flutes are too short here, and cutter compensation is on (G41, G42)",
+                    "write the program with the tool's own path",
+                    int(self.line[first]),
+                )
 
     @property
     def traced(self):
@@ -228,7 +256,8 @@ class Program(Moves):
         return self.blocks.outermost.get(self.place_of(step))
 
     def before_block(self, block):
-        """(G word of the motion mode, F in mm/min) where a Block of a traced program begins; None, 0 if it is not run."""
+        """(G word of the motion mode, F in mm/min) where a Block of a traced program begins; None, 0 if it is not
+        run."""
         found = self.marks[(self.marks[:, 3] == BEGINS) & (self.marks[:, 1] == block.first)]
         return (f"G{found[0, 7] / 10:g}", float(found[0, 8])) if len(found) else (None, 0.0)
 
@@ -252,8 +281,11 @@ class Collector:
     """Blocks of records -> arrays."""
 
     def __init__(self, most=MOST_MOVES):
-        self.most = most            # moves
-        self.columns, self.count = (Growing(np.int8), Growing(np.int32), Growing(float, 3), Growing(float)), 0        # kind, line, end and feed
+        self.most = most  # moves
+        self.columns, self.count = (
+            (Growing(np.int8), Growing(np.int32), Growing(float, 3), Growing(float)),
+            0,
+        )  # kind, line, end and feed
         self.first, self.circle, self.frame = (Growing(np.int32) for _ in range(3))
         self.circles, self.frames, self.events, self.marks = [], [records.Frame()], [], []
         self.pending = -1
@@ -279,7 +311,7 @@ class Collector:
         firsts = np.flatnonzero(begins)
         circle = np.full(len(firsts), -1, np.int32)
         arcs = kinds[firsts] == records.ARC
-        if arcs.any():                  # each arc's CIRCLE comes directly before its chords
+        if arcs.any():  # each arc's CIRCLE comes directly before its chords
             circle[arcs] = self.pending
         self.first.add(firsts + self.count)
         self.circle.add(circle)
@@ -289,7 +321,9 @@ class Collector:
             column.add(own)
         self.count += len(block)
         if self.count > self.most:
-            raise Unreadable(f"it makes more than {self.most} moves", "look for a loop without an end, or rewrite it in parts")
+            raise Unreadable(
+                f"it makes more than {self.most} moves", "look for a loop without an end, or rewrite it in parts"
+            )
 
     def _lead_in(self, block):
         """Moves of a block that are not to be cut."""
@@ -323,14 +357,32 @@ class Collector:
                 source = Lines(file.read())
             blocks = blocks_of(source.parts())
             modes = modes_by_line(source, blocks.subs, before)
-        return Program(path, kind, line, end, feed, step, first, _short(self.circle.whole()), _short(self.frame.whole()),
-                       self.circles, self.frames, self.events, source, modes, messages, blocks=blocks, marks=self.marks,
-                       lead=replace(self._lead, notes=tuple(self._unplaced.notes())))
+        return Program(
+            path,
+            kind,
+            line,
+            end,
+            feed,
+            step,
+            first,
+            _short(self.circle.whole()),
+            _short(self.frame.whole()),
+            self.circles,
+            self.frames,
+            self.events,
+            source,
+            modes,
+            messages,
+            blocks=blocks,
+            marks=self.marks,
+            lead=replace(self._lead, notes=tuple(self._unplaced.notes())),
+        )
 
 
 def read(path, machine, stock=None, progress=None, text=True, most=MOST_MOVES, **limits):
-    """Program of a file.  machine: reader.Machine; stock: (low, high) mm in work coordinates or None; text: whether its lines are
-    wanted, with what follows from them (source, modes, blocks); most: moves; limits: of Reader.  Raises Unreadable."""
+    """Program of a file.  machine: reader.Machine; stock: (low, high) mm in work coordinates or None; text: whether its
+    lines are wanted, with what follows from them (source, modes, blocks); most: moves; limits: of Reader.  Raises
+    Unreadable."""
     collector = Collector(most)
     with Reader(path, machine, stock, written=True, **limits) as reader:
         for block in reader:

@@ -3,11 +3,11 @@
 
 Called by run.py.  Nothing here knows how the text was made.
 
- 1. same_path: every step of the first path ends where steps of the second one do, in the same order, and what lies between
-    lies on the step: to PATH_MM.
+ 1. same_path: every step of the first path ends where steps of the second one do, in the same order, and what lies
+    between lies on the step: to PATH_MM.
  2. same_feeds: every feed move has the F that was meant for it, rounded down.
- 3. same_stock: no new traverse of the second path meets stock, the stock it leaves is that of the first within a cell, and both end at
-    the same place.
+ 3. same_stock: no new traverse of the second path meets stock, the stock it leaves is that of the first within a cell,
+    and both end at the same place.
     That it never cuts deeper than the flutes are long is proved by depth_proof.py.
 """
 
@@ -22,12 +22,14 @@ from chipwise.rewrite import sections
 from chipwise.clib import layout
 
 PATH_MM = 0.001
-OVER_MM = 0.006             # OVER_MM of links.py, and the rounding of the text
-HEIGHT_CELLS = 0.2          # of a cell
-SIDE_MM = layout.HEIGHT_SKIN        # by which walls may be somewhere else: where the model's steps are, and the text's last digit
-FEED_BELOW = 0.03           # mm/min that F is lower by at most: the last digit, rounded down
-FEED_ABOVE = 3e-4           # mm/min that it is higher by at most: that of an F below 1
-FEED_SHARE = 1e-6           # the same of large ones
+OVER_MM = 0.006  # OVER_MM of links.py, and the rounding of the text
+HEIGHT_CELLS = 0.2  # of a cell
+SIDE_MM = (
+    layout.HEIGHT_SKIN
+)  # by which walls may be somewhere else: where the model's steps are, and the text's last digit
+FEED_BELOW = 0.03  # mm/min that F is lower by at most: the last digit, rounded down
+FEED_ABOVE = 3e-4  # mm/min that it is higher by at most: that of an F below 1
+FEED_SHARE = 1e-6  # the same of large ones
 
 
 class Different(Exception):
@@ -79,8 +81,8 @@ def same_path(first, second):
 
 
 def same_feeds(path, second, without=()):
-    """Raises Different where a feed move of a Program does not have the F of a Foreseen that makes the same moves.  without: numbers of lines whose F
-    means nothing, as for G33."""
+    """Raises Different where a feed move of a Program does not have the F of a Foreseen that makes the same moves.
+    without: numbers of lines whose F means nothing, as for G33."""
     wanted, found = path.feed.astype(float), second.feed
     counts = (path.kind != RAPID) & ~np.isnan(wanted) & ~np.isin(path.line, list(without))
     off = counts & ((found > wanted * (1 + FEED_SHARE) + FEED_ABOVE) | (found < wanted * (1 - FEED_SHARE) - FEED_BELOW))
@@ -125,11 +127,16 @@ def _simulated(program, geometry, cell, wider=0.0):
 
 
 def _wider(shape, by):
-    return replace(shape, diameter=shape.diameter + 2 * by, corner_radius=shape.corner_radius + by if shape.corner_radius or shape.tip_angle else 0.0)
+    return replace(
+        shape,
+        diameter=shape.diameter + 2 * by,
+        corner_radius=shape.corner_radius + by if shape.corner_radius or shape.tip_angle else 0.0,
+    )
 
 
 def line_below(program, place):
-    """The line of the feed move whose path in XY is nearest to a place (3,): shifted paths lie above the program's own."""
+    """The line of the feed move whose path in XY is nearest to a place (3,): shifted paths lie above the program's
+    own."""
     feeds = np.flatnonzero(program.kind != RAPID)
     begin, end = program.end[np.maximum(feeds - 1, 0), :2], program.end[feeds, :2]
     d, p = end - begin, np.asarray(place[:2])
@@ -149,8 +156,10 @@ def same_stock(first, second, geometry, cell):
             if new[0] > (own[0] + cell if own[0] > OVER_MM else OVER_MM):
                 raise Different(f"a traverse in line {new[1]} of the new program meets {new[0]:.3f} mm of stock")
             holder = max(holder, new[2] - own[2])
-        left = [_Left(own.height, lambda p=program, k=number: _simulated(p, geometry, cell, SIDE_MM)[k][0].height)
-                for own, program in ((stock, first), (other, second))]
+        left = [
+            _Left(own.height, lambda p=program, k=number: _simulated(p, geometry, cell, SIDE_MM)[k][0].height)
+            for own, program in ((stock, first), (other, second))
+        ]
         _same_heights(*left, HEIGHT_CELLS * cell)
     return holder
 
@@ -166,11 +175,14 @@ class _Left:
 def _same_heights(first, second, slack):
     """Raises Different where what two programs leave is not the same within a cell and `slack` (mm).
 
-    On a steep side, SIDE_MM sideways are more than that in height, and a cell at the edge of the stock has no higher neighbour.  So heights that
-    differ are compared again, after the program that has left more was simulated with wider tools.
+    On a steep side, SIDE_MM sideways are more than that in height, and a cell at the edge of the stock has no higher
+    neighbour.  So heights that differ are compared again, after the program that has left more was simulated with wider
+    tools.
     """
     low, high = sections.filtered(first.height, np.minimum), sections.filtered(first.height, np.maximum)
-    if (second.height < low - slack).any() and (second.height < sections.filtered(first.wider(), np.minimum) - slack).any():
+    if (second.height < low - slack).any() and (
+        second.height < sections.filtered(first.wider(), np.minimum) - slack
+    ).any():
         raise Different(f"the new program cuts {float((low - second.height).max()):.3f} mm more somewhere")
     if (second.height > high + slack).any() and (second.wider() > high + slack).any():
         raise Different(f"the new program leaves {float((second.height - high).max()):.3f} mm more somewhere")

@@ -26,9 +26,10 @@ from chipwise.rewrite.words import plain_move, words_of
 from chipwise.settings import load_settings
 from chipwise.tool_data.geometry import load_tools
 
-# of rewriting, with needles where the new program has been too deep, or a traverse too near; RESERVE_MM more if too deep
+# of rewriting, with needles where the new program has been too deep, or a traverse too near; RESERVE_MM more if too
+# deep
 REPEATS = 8
-MOST_FED = 3                    # repeats more, in which the traverses that are still too near become feed moves
+MOST_FED = 3  # repeats more, in which the traverses that are still too near become feed moves
 # of a text of our own that is read back: a program that was taken is not refused for what is made of it
 MOST_BYTES = 2_000_000_000
 
@@ -45,8 +46,8 @@ class Order:
 def rewritten(path, order, progress, machine, stock=None, cell=None, tool=None, diameter=None, **limits):
     """-> (bytes of the new program, what is said).  Raises Unreadable, Different, FolderError, MemoryError.
 
-    machine: reader.Machine; stock: (low, high) mm in work coordinates or None; cell: mm; tool: number, diameter: mm, of the one in the
-    spindle at the beginning, or None; limits: those of Reader.
+    machine: reader.Machine; stock: (low, high) mm in work coordinates or None; cell: mm; tool: number, diameter: mm, of
+    the one in the spindle at the beginning, or None; limits: those of Reader.
     """
     try:
         return _rewritten(path, order, progress, machine, stock, cell, limits)
@@ -78,7 +79,9 @@ def _rewritten(path, order, progress, machine, stock, cell, limits, assumption=N
         return read(name, machine, stock, text=text, most=flute.MOST_WRITTEN, **limits)
 
     progress(0.2)
-    cell = cell or sections.cell_for(program, geometry, settings["CELL"], *([sections.CELLS_FOR_VOLUME] if order.rates else []))
+    cell = cell or sections.cell_for(
+        program, geometry, settings["CELL"], *([sections.CELLS_FOR_VOLUME] if order.rates else [])
+    )
     job = Job(program, machine, geometry, cell, read_it, stock, limits, settings["TRAVERSE_CLEARANCE"])
     if assumption and assumption.guessed and not order.rates:
         return assumed.keep_flutes(job)
@@ -115,8 +118,9 @@ def _content(path):
 
 @dataclass
 class Job:
-    """What every kind of rewriting needs: program, machine, geometry {number: ToolGeometry}, cell (mm), read: path, text=False for one without its lines ->
-    Program, stock and limits as in reader.Reader; clearance (mm) of traverses."""
+    """What every kind of rewriting needs: program, machine, geometry {number: ToolGeometry}, cell (mm), read: path,
+    text=False for one without its lines -> Program, stock and limits as in reader.Reader; clearance (mm) of
+    traverses."""
 
     program: Program
     machine: Machine
@@ -133,11 +137,13 @@ class Job:
 
     @functools.cached_property
     def own_traverses(self):
-        """[depths.Witness] of traverses of the program itself that are nearer to stock than the clearance: they stay as they are."""
+        """[depths.Witness] of traverses of the program itself that are nearer to stock than the clearance: they stay as
+        they are."""
         return depth_proof.too_deep(self.program, self.geometry, self.cell, math.inf, self.clearance)
 
     def broken(self, program):
-        """[depths.Witness] of where a program with edits cuts too deep, or where one of its new traverses is too near to stock."""
+        """[depths.Witness] of where a program with edits cuts too deep, or where one of its new traverses is too near
+        to stock."""
         found = depth_proof.too_deep(program, self.geometry, self.cell, proof.OVER_MM, self.clearance)
         return depth_proof.but_own(found, self.own_traverses) if any(witness.traverse for witness in found) else found
 
@@ -145,15 +151,18 @@ class Job:
 def in_place(job, program, rewrite, check):
     """(Program, Edits, Figures): calls, loops and conditions that hold a step that has to change are written out.
 
-    rewrite: (Program, whether steps anywhere may change) -> (Edits, Figures); check: (Program, Edits, Figures), raises Unreadable for
-    what cannot be rewritten.  The Figures are those of the Program as it was, if it has such blocks: its lines are the user's.
+    rewrite: (Program, whether steps anywhere may change) -> (Edits, Figures); check: (Program, Edits, Figures), raises
+    Unreadable for what cannot be rewritten.  The Figures are those of the Program as it was, if it has such blocks: its
+    lines are the user's.
     """
     if not calls.has_blocks(program):
         return (program, *rewrite(program, False))
     edits, figures = rewrite(program, True)
     if not edits:
         return program, edits, figures
-    followed, edits = calls.written_out(program, (edits, figures), lambda other: rewrite(other, True), job.read, job.machine, job.stock, job.limits)
+    followed, edits = calls.written_out(
+        program, (edits, figures), lambda other: rewrite(other, True), job.read, job.machine, job.stock, job.limits
+    )
     try:
         check(followed.program, *edits)
     except Unreadable as error:
@@ -176,7 +185,7 @@ def respect_flutes(order, job, progress):
             if repeat >= REPEATS:
                 fed += [witness.traverse[3:] for witness in found]
             else:
-                needles = depth_proof.with_needles(needles, found)                   # what the map of the edits has not met
+                needles = depth_proof.with_needles(needles, found)  # what the map of the edits has not met
                 reserve += RESERVE_MM * deep
         if not path:
             where = "elsewhere" if job.program.lead.notes else "everywhere"
@@ -185,17 +194,28 @@ def respect_flutes(order, job, progress):
         second = None
         data = _content(path)
     unit = job.machine.unit
-    parts = [f'line{"s" * (b > a)} {a}' + (f" to {b}" if b > a else "") + f" in {n} levels" for a, b, n in figures.lines[:5]]
+    parts = [
+        f"line{'s' * (b > a)} {a}" + (f" to {b}" if b > a else "") + f" in {n} levels" for a, b, n in figures.lines[:5]
+    ]
     more = f" and {len(figures.lines) - 5} more" if len(figures.lines) > 5 else ""
-    return data, (f'{", ".join(parts)}{more}; {format_length(round(figures.added_feed, 1), unit)} of feed added to '
-                  f"{format_length(round(figures.first_feed, 1), unit)}")
+    return data, (
+        f"{', '.join(parts)}{more}; {format_length(round(figures.added_feed, 1), unit)} of feed added to "
+        f"{format_length(round(figures.first_feed, 1), unit)}"
+    )
 
 
 def _with_reserve(order, job, progress, reserve, needles, folder, fed):
-    """One of the repeats -> (path of the new program in the folder, None: not written; what is cut then: Program, or Foreseen of what is not
-    written; Figures; [Witness] of what is too deep).  fed: where traverses end that become feed moves."""
+    """One of the repeats -> (path of the new program in the folder, None: not written; what is cut then: Program, or
+    Foreseen of what is not written; Figures; [Witness] of what is too deep).  fed: where traverses end that become feed
+    moves."""
+
     def rewrite(program, anywhere):
-        return flute.rewrite(program, job.geometry, flute.Order(job.cell, order.whole, order.diameter, reserve, anywhere, needles, job.clearance), progress)
+        return flute.rewrite(
+            program,
+            job.geometry,
+            flute.Order(job.cell, order.whole, order.diameter, reserve, anywhere, needles, job.clearance),
+            progress,
+        )
 
     def check(program, _edits, figures):
         for first, end in figures.shifted:
@@ -206,7 +226,7 @@ def _with_reserve(order, job, progress, reserve, needles, folder, fed):
         return None, job.program, figures, depth_proof.too_deep(job.program, job.geometry, job.cell, proof.OVER_MM)
     feed_traverses(program, edits, fed)
     path, without_f = written(folder, program, edits), synchronised_lines(program)
-    meant, program, edits = expected_program.foreseen(program, edits), None, None           # long programs need the room
+    meant, program, edits = expected_program.foreseen(program, edits), None, None  # long programs need the room
     return_heap()
     found = job.broken(meant)
     if found:
@@ -223,25 +243,43 @@ def still_broken(job, found):
     """The Unreadable for depths.Witness that no repeat has mended."""
     unit, deep = job.machine.unit, [witness for witness in found if witness.traverse is None]
     if not deep:
-        return Unreadable(f"a traverse of the rewritten path of tool {found[0].tool.number} would still be less than "
-                          f"{format_length(job.clearance, unit)} beside stock", "take smaller steps in Z here, or a smaller TRAVERSE_CLEARANCE",
-                          proof.line_below(job.program, found[0].place))
+        return Unreadable(
+            f"a traverse of the rewritten path of tool {found[0].tool.number} would still be less than "
+            f"{format_length(job.clearance, unit)} beside stock",
+            "take smaller steps in Z here, or a smaller TRAVERSE_CLEARANCE",
+            proof.line_below(job.program, found[0].place),
+        )
     worst = max(deep, key=lambda witness: witness.depth - witness.tool.flute_length)
-    return Unreadable(f"the rewritten path of tool {worst.tool.number} would still cut {format_length(round(worst.depth, 3), unit)} deep, its "
-                      f"flutes are {format_length(worst.tool.flute_length, unit)} long", "take smaller steps in Z here, or a tool with "
-                      "longer flutes", proof.line_below(job.program, worst.place))
+    return Unreadable(
+        f"the rewritten path of tool {worst.tool.number} would still cut {format_length(round(worst.depth, 3), unit)} "
+        f"deep, its "
+        f"flutes are {format_length(worst.tool.flute_length, unit)} long",
+        "take smaller steps in Z here, or a tool with longer flutes",
+        proof.line_below(job.program, worst.place),
+    )
 
 
 def synchronised_lines(program):
     """[numbers of the lines whose moves follow the spindle]: their F means nothing."""
-    return [n for n, (text, modes) in enumerate(zip(program.source, program.modes), 1)
-            if modes.synchronised or (("G" in text or "g" in text) and not plain_move(text) and any(letter == "G" and value in SYNCHRONISED for letter, value in words_of(text)))]
+    return [
+        n
+        for n, (text, modes) in enumerate(zip(program.source, program.modes), 1)
+        if modes.synchronised
+        or (
+            ("G" in text or "g" in text)
+            and not plain_move(text)
+            and any(letter == "G" and value in SYNCHRONISED for letter, value in words_of(text))
+        )
+    ]
 
 
 def write_feeds(order, job, progress):
     """JP3131045; -> (bytes, what is said)."""
+
     def rewrite(program, _anywhere):
-        return feed.rewrite(program, job.geometry, job.cell, order.rates, job.machine.speeds, synchronised_lines(program), progress)
+        return feed.rewrite(
+            program, job.geometry, job.cell, order.rates, job.machine.speeds, synchronised_lines(program), progress
+        )
 
     def check(program, edits, _figures):
         for step in edits.changed():
@@ -252,9 +290,12 @@ def write_feeds(order, job, progress):
         check(program, edits, figures)
     data = _with_feeds(job, program, edits) if edits else job.program.content()
     scale, unit = rate_unit(job.machine)
-    return data, (f"F of {figures.changed} of {figures.moves} feed moves changed, {figures.divided} divided; {figures.before_s:.1f} s "
-                  f"of feed become {figures.after_s:.1f} s, peak {figures.peak_before / scale:.4g} {unit} becomes "
-                  f"{figures.peak_after / scale:.4g}")
+    return data, (
+        f"F of {figures.changed} of {figures.moves} feed moves changed, {figures.divided} divided; "
+        f"{figures.before_s:.1f} s "
+        f"of feed become {figures.after_s:.1f} s, peak {figures.peak_before / scale:.4g} {unit} becomes "
+        f"{figures.peak_after / scale:.4g}"
+    )
 
 
 def _with_feeds(job, program, edits):

@@ -15,10 +15,10 @@ from chipwise.clib.height_map import Shape
 from chipwise.clib import layout
 from chipwise.tool_data.geometry import ToolGeometry
 
-CELLS_ACROSS = 16           # of the smallest tool, where memory allows
-CELLS_FOR_VOLUME = 48       # the same where the volume of a short move counts
-PART = 50_000               # moves that are cut at once
-LOWERED = 0.01              # cells: what lowers a cell by less does nothing, far above what the model's heights differ by
+CELLS_ACROSS = 16  # of the smallest tool, where memory allows
+CELLS_FOR_VOLUME = 48  # the same where the volume of a short move counts
+PART = 50_000  # moves that are cut at once
+LOWERED = 0.01  # cells: what lowers a cell by less does nothing, far above what the model's heights differ by
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,8 @@ def tool_of(number, diameter, geometry):
 
 @dataclass
 class Section:
-    """Moves first .. end - 1 with one tool (None: none) in the stock as they find it; stock: the STOCK event before, or None."""
+    """Moves first .. end - 1 with one tool (None: none) in the stock as they find it; stock: the STOCK event before, or
+    None."""
 
     first: int
     end: int
@@ -67,7 +68,7 @@ def sections(program, geometry):
             number, diameter = int(event.values[0]), event.values[1]
             if number > 0 and not diameter > 0:
                 tool = Tool(number, None, None)
-            else:               # tool 0 has a diameter where one is assumed
+            else:  # tool 0 has a diameter where one is assumed
                 tool = tool_of(number, diameter, geometry) if diameter > 0 else None
         elif event.kind == records.STOCK:
             close(event.at)
@@ -85,8 +86,9 @@ def cell_for(program, geometry, wanted, cells=CELLS_ACROSS):
 def in_stock(program, found, cell, progress=None, needles=None):
     """Yield (Section, HeightMap) of the sections that move, in their order; the moves are the caller's to cut.
 
-    The moves before the first known place belong to none.  Raises Unreadable where a feed move has no tool or no stock to cut
-    in, or the cells are too large for the tool.  progress: called with the share that is done; needles: {number of the stock, from 0: places
+    The moves before the first known place belong to none.  Raises Unreadable where a feed move has no tool or no stock
+    to cut in, or the cells are too large for the tool.  progress: called with the share that is done; needles: {number
+    of the stock, from 0: places
     (n, 2) of needles to add to its map}.
     """
     stock, count = None, 0
@@ -99,10 +101,12 @@ def in_stock(program, found, cell, progress=None, needles=None):
         section = replace(section, first=max(section.first, program.known_from))
         if section.end > section.first:
             tool = section.tool
-            feeds = np.flatnonzero(program.kind[section.first:section.end] != records.RAPID)
+            feeds = np.flatnonzero(program.kind[section.first : section.end] != records.RAPID)
             if stock is not None and tool is not None and tool.shape is not None:
                 if rules.is_too_coarse(stock, tool.shape.diameter):
-                    rules.finer_cell(stock, stock.cell <= cell, int(program.line[section.first]), tool.number, tool.shape.diameter)
+                    rules.finer_cell(
+                        stock, stock.cell <= cell, int(program.line[section.first]), tool.number, tool.shape.diameter
+                    )
                 yield section, stock
             elif len(feeds):
                 rules.cannot_cut(tool and tool.number, tool and tool.shape, int(program.line[section.first + feeds[0]]))
@@ -126,26 +130,27 @@ def pieces(points, most):
 
 
 def apart(start, places):
-    """(n,) bool: moves from start (3,) along places (n, 3) that need nothing of the one before: HeightMap.cut() of the moves up to them, then of
-    the others, is the same as that of all, but for the volume of the move before (height_sweep.h [3])."""
+    """(n,) bool: moves from start (3,) along places (n, 3) that need nothing of the one before: HeightMap.cut() of the
+    moves up to them, then of the others, is the same as that of all, but for the volume of the move before
+    (height_sweep.h [3])."""
     steps = np.diff(places[:, :2], axis=0, prepend=np.asarray(start, float)[None, :2])
     across = np.hypot(steps[:, 0], steps[:, 1])
     return (across > layout.HEIGHT_LAG + 1e-6) | (across < layout.HEIGHT_STILL / 2)
 
 
 def cut_along(stock, shape, start, ends, most):
-    """Cut moves from start (3,) along ends (n, 3) in pieces of at most `most` mm -> yield (owner (k,): number of the move, MET records (k,)), so
-    many at a time that the memory is limited however many there are."""
+    """Cut moves from start (3,) along ends (n, 3) in pieces of at most `most` mm -> yield (owner (k,): number of the
+    move, MET records (k,)), so many at a time that the memory is limited however many there are."""
     at = 0
     while at < len(ends):
-        points, owner = pieces(np.concatenate((np.asarray(start, float)[None], ends[at:at + PART])), most)
+        points, owner = pieces(np.concatenate((np.asarray(start, float)[None], ends[at : at + PART])), most)
         if at + PART < len(ends):
-            begins = np.flatnonzero(np.diff(owner)) + 1                         # of the moves but the first
+            begins = np.flatnonzero(np.diff(owner)) + 1  # of the moves but the first
             begins = begins[apart(points[0], points[1:])[begins]]
             if not len(begins):
                 points, owner = pieces(np.concatenate((np.asarray(start, float)[None], ends[at:])), most)
             else:
-                points, owner = points[:begins[-1] + 1], owner[:begins[-1]]
+                points, owner = points[: begins[-1] + 1], owner[: begins[-1]]
         yield owner + at, stock.cut(shape, points[0], points[1:])
         at += int(owner[-1]) + 1
         start = ends[at - 1]
@@ -170,7 +175,8 @@ def _near(stock, points, radius):
 
 
 class Final:
-    """What a program leaves of a stock: height and high (ny, nx) mm; high: the highest of a cell and its neighbours, up to which the proof allows stock."""
+    """What a program leaves of a stock: height and high (ny, nx) mm; high: the highest of a cell and its neighbours, up
+    to which the proof allows stock."""
 
     def __init__(self, stock):
         self.height, self.high = stock.height, filtered(stock.height, np.maximum)
@@ -197,13 +203,19 @@ class Window:
         return other
 
     def left(self, least, final):
-        """Places (n, 2) in mm of the cells that were more than `least` (mm) too high and that nothing lowers later.  final: a Final."""
+        """Places (n, 2) in mm of the cells that were more than `least` (mm) too high and that nothing lowers later.
+        final: a Final."""
         if not self._kept[0].size:
             return np.zeros((0, 2))
         stock, now = self._stock, self._views[0]
-        row, column = np.nonzero((self._kept[0] > final.high[self._slices] + least) & (final.height[self._slices] > now - LOWERED * stock.cell))
+        row, column = np.nonzero(
+            (self._kept[0] > final.high[self._slices] + least)
+            & (final.height[self._slices] > now - LOWERED * stock.cell)
+        )
         row, column = row + self._slices[0].start, column + self._slices[1].start
-        return np.column_stack([stock.x0 + column * stock.cell + stock.shift_x[row], stock.y0 + row * stock.cell + stock.shift_y[column]])
+        return np.column_stack(
+            [stock.x0 + column * stock.cell + stock.shift_x[row], stock.y0 + row * stock.cell + stock.shift_y[column]]
+        )
 
     def keep(self):
         """The heights as they are now are those to be put back."""
@@ -213,16 +225,20 @@ class Window:
 
 def highest(stock, x, y, radius):
     """Z of the highest stock within a radius of a place; z_min without any."""
-    rows = np.arange(max(0, int((y - radius - stock.y0) / stock.cell) - 1),
-                     min(stock.ny, int((y + radius - stock.y0) / stock.cell) + 2))
-    columns = np.arange(max(0, int((x - radius - stock.x0) / stock.cell) - 1),
-                        min(stock.nx, int((x + radius - stock.x0) / stock.cell) + 2))
+    rows = np.arange(
+        max(0, int((y - radius - stock.y0) / stock.cell) - 1),
+        min(stock.ny, int((y + radius - stock.y0) / stock.cell) + 2),
+    )
+    columns = np.arange(
+        max(0, int((x - radius - stock.x0) / stock.cell) - 1),
+        min(stock.nx, int((x + radius - stock.x0) / stock.cell) + 2),
+    )
     if not len(rows) or not len(columns):
         return stock.z_min
     u = stock.x0 + columns[None] * stock.cell + stock.shift_x[rows][:, None] - x
     v = stock.y0 + rows[:, None] * stock.cell + stock.shift_y[columns][None] - y
     near = u * u + v * v < radius * radius
-    heights = stock.height[rows[0]:rows[-1] + 1, columns[0]:columns[-1] + 1]
+    heights = stock.height[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
     single = stock.needles_in((x - radius, y - radius), (x + radius, y + radius))
     single = stock.needle_height[single[np.hypot(*(stock.needles[single] - (x, y)).T) < radius]]
     return float(max(heights[near].max(initial=stock.z_min), single.max(initial=stock.z_min)))

@@ -3,16 +3,17 @@
 
 Called by levels.py.  Source: CN105492980 figure 13.
 
-The map's needles are a cell apart.  At the side of a path, stock that lies between them may be there a little before and behind the pieces that
-meet any: a tool of radius r takes the last of a strip of width w only when its axis is sqrt(2 r w) further.  So a segment has MARGIN_CELLS, and
-behind it that for a strip as wide as a cell, more than the pieces that meet something.  Lengths mm.
+The map's needles are a cell apart.  At the side of a path, stock that lies between them may be there a little before
+and behind the pieces that meet any: a tool of radius r takes the last of a strip of width w only when its axis is
+sqrt(2 r w) further.  So a segment has MARGIN_CELLS, and behind it that for a strip as wide as a cell, more than the
+pieces that meet something.  Lengths mm.
 """
 
 import math
 
 import numpy as np
 
-NEAR_PIECES = 6             # segments with fewer pieces between them are travelled as one
+NEAR_PIECES = 6  # segments with fewer pieces between them are travelled as one
 MARGIN_CELLS = 1.0
 
 
@@ -37,8 +38,9 @@ def segments(left, s, cell, radius):
 
 
 def with_links(parts, points, s, most, links):
-    """The same segments, begun up to `most` (mm) earlier if a traverse comes down there, but not where they begin; the last one goes on to the end
-    of the path if that is no further and no traverse goes there.  points (n + 1, 3); links: a Links in the stock as it is."""
+    """The same segments, begun up to `most` (mm) earlier if a traverse comes down there, but not where they begin; the
+    last one goes on to the end of the path if that is no further and no traverse goes there.  points (n + 1, 3); links:
+    a Links in the stock as it is."""
     result, free = [], 0
     for a, b in parts:
         begin = a

@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Amounts of shift along the tool's axis: how a shifted path is made fit to be travelled.
 
-Called by levels.py, path_moves.py, merge_moves.py and trials.py.  Source: CN105492980 [0097]..[0115], figures 14 to 20.  Pure functions on arrays; lengths mm.
-The tool's axis is a unit vector that points away from the work: today always +Z.
+Called by levels.py, path_moves.py, merge_moves.py and trials.py.  Source: CN105492980 [0097]..[0115], figures 14 to 20.
+Pure functions on arrays; lengths mm.  The tool's axis is a unit vector that points away from the work: today always +Z.
 
- 1. [0101] to [0104]: if the shifted path travels at 90 degrees or more to the first path, the points at both ends of that
-    segment are dropped and their neighbours joined (turned_points); flute.py asks whether the bridge interferes.
- 2. [0105] to [0111]: if the shifted path has a corner in the plane of travel and axis, arcs take its place, always on the
-    outside of the work (rounded).  Shifts are amounts per point over the arc length of the travel across the axis; a new point's
-    amount is interpolated (between).
+ 1. [0101] to [0104]: if the shifted path travels at 90 degrees or more to the first path, the points at both ends of
+    that segment are dropped and their neighbours joined (turned_points); flute.py asks whether the bridge interferes.
+ 2. [0105] to [0111]: if the shifted path has a corner in the plane of travel and axis, arcs take its place, always on
+    the outside of the work (rounded).  Shifts are amounts per point over the arc length of the travel across the axis;
+    a new point's amount is interpolated (between).
 
-Departs from the source: a corner towards the work and one away from it are rounded by one operation each (a dilation by a
-disc, lowered by its radius, then a closing by the same disc).  What comes out passes through every peak as in [0108], never
-lies below the shifted path, and has no bend tighter than the disc at a point of the path.
+Departs from the source: a corner towards the work and one away from it are rounded by one operation each (a dilation by
+a disc, lowered by its radius, then a closing by the same disc).  What comes out passes through every peak as in [0108],
+never lies below the shifted path, and has no bend tighter than the disc at a point of the path.
 """
 
 import numpy as np
@@ -57,7 +57,8 @@ def rolled(s, values, radius, side):
 
 
 def rounded(s, amount, radius):
-    """(n,): amounts of shift, never smaller, whose corners are arcs of `radius` mm.  s (n,): arc length of the points, rising."""
+    """(n,): amounts of shift, never smaller, whose corners are arcs of `radius` mm.  s (n,): arc length of the points,
+    rising."""
     if radius <= 0.0 or not amount.any():
         return amount.copy()
     convex = np.maximum(rolled(s, amount, radius, 1.0) - radius, 0.0)
@@ -68,8 +69,8 @@ def rounded(s, amount, radius):
 def held(s, amount, air):
     """(n,): amounts of shift that stay up where the path cuts nothing: no way down and up again for nothing.
 
-    amount (n,); air (n - 1,) bool: segments that meet no stock.  At the ends the nearest amount holds, between two it goes over
-    from one to the other; no amount becomes smaller.
+    amount (n,); air (n - 1,) bool: segments that meet no stock.  At the ends the nearest amount holds, between two it
+    goes over from one to the other; no amount becomes smaller.
     """
     inside = ~(np.concatenate((air, [True])) & np.concatenate(([True], air)))
     if not inside.any():

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-BATCH = 8192                # lines whose beginnings are made numbers at a time
+BATCH = 8192  # lines whose beginnings are made numbers at a time
 
 
 class Lines(Sequence):
@@ -29,7 +29,7 @@ class Lines(Sequence):
         number = k + len(self) if k < 0 else k
         if not 0 <= number < len(self):
             raise IndexError(k)
-        return self.text(self.data[self._begin[number]:self._begin[number + 1]])
+        return self.text(self.data[self._begin[number] : self._begin[number + 1]])
 
     def __iter__(self):
         for own in self.parts():
@@ -45,7 +45,7 @@ class Lines(Sequence):
     def parts(self):
         """Each line as bytes."""
         for first in range(0, len(self), BATCH):
-            begin = self._begin[first:first + BATCH + 1].tolist()
+            begin = self._begin[first : first + BATCH + 1].tolist()
             for a, b in zip(begin[:-1], begin[1:]):
                 yield self.data[a:b]
 

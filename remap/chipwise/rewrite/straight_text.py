@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Lines whose one step becomes straight moves, or none, as text: nearly all of a long program's, a batch at a time, and long runs of such moves.
+"""Lines whose one step becomes straight moves, or none, as text: nearly all of a long program's, a batch at a time, and
+long runs of such moves.
 
 Called by text.py, which writes the others one by one.
 """
@@ -9,7 +10,7 @@ import numpy as np
 from chipwise.program.records import ARC, RAPID
 from chipwise.rewrite.move_text import G, Numbers, changed_words
 
-BATCH = 4096                # steps whose moves are made lists at once
+BATCH = 4096  # steps whose moves are made lists at once
 
 
 class StraightLines:
@@ -25,7 +26,7 @@ class StraightLines:
         good &= ~np.isin(self._steps, edits.after.steps) & ~np.isin(self._steps, list(edits.feeds))
         self._row = np.full(program.steps, -1, np.int32)
         self._row[self._steps[good]] = np.flatnonzero(good)
-        self._begin = self._end = self._at = 0      # the rows of the batch, and the number of its first move
+        self._begin = self._end = self._at = 0  # the rows of the batch, and the number of its first move
         self._kind, self._places, self._feed = [], [], []
 
     def note(self, step):
@@ -41,7 +42,7 @@ class StraightLines:
 
     def _load(self, row):
         """The batch that begins with a row."""
-        frames = self.program.frame[self._steps[row:row + BATCH]]
+        frames = self.program.frame[self._steps[row : row + BATCH]]
         other = np.flatnonzero(frames != frames[0])
         self._begin, self._end = row, row + (int(other[0]) if len(other) else len(frames))
         self._at, last = int(self._first[row]), int(self._first[self._end])
@@ -50,23 +51,31 @@ class StraightLines:
         self._places = _in_work(self.program.frames[frames[0]], self._table.end[part])
 
     def moves(self, step, feed, end):
-        """(text, the last move's kind and end (3,), None without moves, F in force then) of a step's moves where F is in force (None: it has to be
-        said)."""
+        """(text, the last move's kind and end (3,), None without moves, F in force then) of a step's moves where F is
+        in force (None: it has to be said)."""
         row = int(self._row[step])
         if not self._begin <= row < self._end:
             self._load(row)
         own = slice(int(self._first[row]) - self._at, int(self._first[row + 1]) - self._at)
         if own.stop == own.start:
             return "", None, feed
-        text, feed, _ = lines_of(Numbers(self.program.modes_on(step).units), self._kind[own], self._places[own], self._feed[own], feed, None, end)
+        text, feed, _ = lines_of(
+            Numbers(self.program.modes_on(step).units),
+            self._kind[own],
+            self._places[own],
+            self._feed[own],
+            feed,
+            None,
+            end,
+        )
         return text, (self._kind[own.stop - 1], self._table.end[self._at + own.stop - 1]), feed
 
 
 def lines_of(numbers, kinds, places, feeds, feed, had, end):
     """(text, F in force then, the last place and its words) of straight moves.
 
-    kinds, places in work coordinates, feeds: of each; feed: in force, None: it has to be said; had: as the third result, None: all words
-    are written.
+    kinds, places in work coordinates, feeds: of each; feed: in force, None: it has to be said; had: as the third
+    result, None: all words are written.
     """
     lines, (before, texts) = [], had or (None, None)
     for kind, place, own in zip(kinds, places, feeds):
@@ -80,7 +89,7 @@ def lines_of(numbers, kinds, places, feeds, feed, had, end):
         if kind != RAPID and (feed is None or abs(feed - own) > 1e-9):
             words.append("F" + numbers.feed(own))
             feed = own
-        lines.append(f'{G[kind]} {" ".join(words)}{end}')
+        lines.append(f"{G[kind]} {' '.join(words)}{end}")
     return "".join(lines), feed, (before, texts)
 
 
@@ -89,7 +98,15 @@ def long_lines(numbers, frame, table, feed, end):
     had = None
     for first in range(0, len(table), BATCH):
         part = slice(first, first + BATCH)
-        text, feed, had = lines_of(numbers, table.kind[part].tolist(), _in_work(frame, table.end[part]), table.feed[part].tolist(), feed, had, end)
+        text, feed, had = lines_of(
+            numbers,
+            table.kind[part].tolist(),
+            _in_work(frame, table.end[part]),
+            table.feed[part].tolist(),
+            feed,
+            had,
+            end,
+        )
         yield text, feed
 
 

@@ -4,13 +4,13 @@
 Called by run.py.
 
  1. A line whose moves stay as they are is copied byte for byte.
- 2. Else its moves are written out: absolute, in the units, plane and arc mode in force there, under the coordinate system in
-    force there.  The line itself stays above them as a comment, so that N words and remarks can be read.
+ 2. Else its moves are written out: absolute, in the units, plane and arc mode in force there, under the coordinate
+    system in force there.  The line itself stays above them as a comment, so that N words and remarks can be read.
  3. A canned cycle is written out whole, with the lines that repeat it.
  4. What the next line takes over from the ones before is put right: G91, the motion mode, F.
  5. A line that does more than move (a tool, a spindle, M250) cannot be written out: Unreadable.
- 6. Calls, loops and conditions stay: calls.py has written out those with moves that change.  Before them the motion mode and F are
-    what the program has there.
+ 6. Calls, loops and conditions stay: calls.py has written out those with moves that change.  Before them the motion
+    mode and F are what the program has there.
 """
 
 import re
@@ -24,13 +24,13 @@ from chipwise.rewrite.move_text import PLANE, G, MoveText, Numbers, g_code
 from chipwise.rewrite.straight_text import StraightLines, long_lines
 from chipwise.rewrite.words import MOTION, active_comments, code, plain_move, with_feed, with_word, words_of
 
-BATCH = 8192                # lines whose numbers are made Python's at a time
-MOST_SHOWN = 120            # characters of a line that is shown as a comment; LinuxCNC takes 255 bytes a line
+BATCH = 8192  # lines whose numbers are made Python's at a time
+MOST_SHOWN = 120  # characters of a line that is shown as a comment; LinuxCNC takes 255 bytes a line
 _BRACKETS = re.compile(r"[()\r\n]")
 _OUR_CYCLES = {12, 13, 24, 77, 78, 79}
 _SETTERS = {17, 18, 19, 20, 21, 90, 91, 90.1, 91.1, 94, 61, 61.1, 98, 99, 40}
-_WITHOUT_F = {33, 33.1, 76}     # the spindle alone sets their feed; G33 refuses an F
-_BESIDE_MOTION = {28, 30}       # traverses that take no motion word and leave the motion mode
+_WITHOUT_F = {33, 33.1, 76}  # the spindle alone sets their feed; G33 refuses an F
+_BESIDE_MOTION = {28, 30}  # traverses that take no motion word and leave the motion mode
 _OTHER_MOTION = {5, 5.1, 5.2, 5.3, 28, 30, 33, 33.1, 74, 76, 84, 87, 88}
 _PLAIN_G = {*_OUR_CYCLES, *_SETTERS, 0, 1, 2, 3, 80, 73, 81, 82, 83, 85, 86, 89}
 
@@ -40,7 +40,7 @@ class Output:
 
     def __init__(self, file):
         self._file = file
-        self._open = False                  # whether the last line has no end yet
+        self._open = False  # whether the last line has no end yet
 
     def line(self, text, end=""):
         """A line, or lines, after the end of the one before."""
@@ -60,13 +60,17 @@ class Writer:
     def __init__(self, program, edits, file):
         self.program, self.edits, self.source = program, edits, program.source
         self.out = Output(file)
-        self.at = np.array(program.start(0), float)     # mm, machine coordinates
-        self.motion = None          # G-code in force in the output, None: as in the source
-        self.feed = None            # F in force in the output, mm/min; None: as in the source
-        self._said = None           # the note on the last line that was written out
-        self._place = program.places[program.first[:-1]]            # (m,) int: the line of each step
-        self._by_place = np.argsort(self._place, kind="stable").astype(np.int32)        # (m,): the steps line by line, and where each line's begin
-        self._begin = np.concatenate(([0], np.cumsum(np.bincount(self._place, minlength=len(self.source) + 1)))).astype(np.int32)
+        self.at = np.array(program.start(0), float)  # mm, machine coordinates
+        self.motion = None  # G-code in force in the output, None: as in the source
+        self.feed = None  # F in force in the output, mm/min; None: as in the source
+        self._said = None  # the note on the last line that was written out
+        self._place = program.places[program.first[:-1]]  # (m,) int: the line of each step
+        self._by_place = np.argsort(self._place, kind="stable").astype(
+            np.int32
+        )  # (m,): the steps line by line, and where each line's begin
+        self._begin = np.concatenate(([0], np.cumsum(np.bincount(self._place, minlength=len(self.source) + 1)))).astype(
+            np.int32
+        )
         self._straight = StraightLines(program, edits, (np.diff(self._begin) == 1)[self._place])
         self.end = "\r\n" if self.source and self.source[0].endswith("\r\n") else "\n"
 
@@ -94,7 +98,7 @@ class Writer:
 
     def _steps_of(self, number):
         """[numbers of the steps that a line makes], rising."""
-        return self._by_place[self._begin[number]:self._begin[number + 1]].tolist()
+        return self._by_place[self._begin[number] : self._begin[number + 1]].tolist()
 
     def _written_out(self):
         """(n + 1,) bool: by number, the lines that are written out [2], [3]."""
@@ -103,7 +107,7 @@ class Writer:
         changed = np.zeros(len(place), bool)
         changed[edits.instead.steps] = True
         after = edits.after.steps
-        changed[after] |= self._by_place[self._begin[place[after] + 1] - 1] != after           # not the last of its line
+        changed[after] |= self._by_place[self._begin[place[after] + 1] - 1] != after  # not the last of its line
         feeds = np.fromiter(edits.feeds, int, len(edits.feeds))
         changed[feeds] |= several[feeds]
         result = np.zeros(len(self._begin) - 1, bool)
@@ -111,51 +115,77 @@ class Writer:
         cycle = {number: self._cycle_of(self._steps_of(number)) for number in np.unique(place[several]).tolist()}
         if any(cycle.values()):
             ordered = np.unique(place).tolist()
-            for along in (ordered, ordered[::-1]):              # the lines that repeat a cycle, before and behind
+            for along in (ordered, ordered[::-1]):  # the lines that repeat a cycle, before and behind
                 before = None
                 for number in along:
-                    if before is not None and result[before] and cycle.get(number) and cycle[number] == cycle.get(before):
+                    if (
+                        before is not None
+                        and result[before]
+                        and cycle.get(number)
+                        and cycle[number] == cycle.get(before)
+                    ):
                         result[number] = True
                     before = number
         numbers = np.flatnonzero(result)
         for first in range(0, len(numbers), BATCH):
-            for number in numbers[first:first + BATCH].tolist():
+            for number in numbers[first : first + BATCH].tolist():
                 self._check(number)
         return result
 
     def _cycle_of(self, steps):
         """The canned cycle that a line runs, 0 without one."""
         program = self.program
-        return program.modes_on(steps[0]).cycle if len(steps) > 1 and program.place_of(steps[0]) not in program.blocks.outermost else 0
+        return (
+            program.modes_on(steps[0]).cycle
+            if len(steps) > 1 and program.place_of(steps[0]) not in program.blocks.outermost
+            else 0
+        )
 
     def _check(self, number):
         """[5]"""
         if not 1 <= number <= len(self.source):
-            raise Unreadable("a move that has to change is not written in this file", "write the program out without subs", number)
+            raise Unreadable(
+                "a move that has to change is not written in this file", "write the program out without subs", number
+            )
         text, program = self.source[number - 1], self.program
         if program.first[self._steps_of(number)[0]] < program.lead.named_from:
-            raise Unreadable("its moves have to change, and X, Y and Z are not all named before", "name them before the first cut", number)
+            raise Unreadable(
+                "its moves have to change, and X, Y and Z are not all named before",
+                "name them before the first cut",
+                number,
+            )
         modes = program.modes[number - 1]
         if modes.cutter_side != 40:
-            raise Unreadable("its moves have to change, and cutter compensation is on (G41, G42)", "write the program with the tool's own path",
-                             number)
+            raise Unreadable(
+                "its moves have to change, and cutter compensation is on (G41, G42)",
+                "write the program with the tool's own path",
+                number,
+            )
         if modes.diameter == 7:
             raise Unreadable("its moves have to change, and X is a diameter (G7)", "write the program with G8", number)
         if plain_move(text):
             return
         if text.lstrip().startswith("/"):
-            raise Unreadable("its moves have to change, and it is run only while block delete is off", "remove the / if it counts",
-                             number)
+            raise Unreadable(
+                "its moves have to change, and it is run only while block delete is off",
+                "remove the / if it counts",
+                number,
+            )
         if "=" in code(text):
             raise Unreadable("its moves have to change, and it sets a parameter", "give that a line of its own", number)
         for letter, value in words_of(text):
             plain = letter in "NXYZIJKRFPLQDEH" or (letter == "G" and value in _PLAIN_G)
             if letter == "G" and value in _OTHER_MOTION:
-                raise Unreadable(f"its moves have to change, and they are those of G{value:g}", "write them as G0 to G3", number)
+                raise Unreadable(
+                    f"its moves have to change, and they are those of G{value:g}", "write them as G0 to G3", number
+                )
             if not plain:
                 what = f"{letter}{value:g}" if value is not None else letter
-                raise Unreadable(f"its moves have to change, and {what} on the same line is more than a move",
-                                 "give it a line of its own", number)
+                raise Unreadable(
+                    f"its moves have to change, and {what} on the same line is more than a move",
+                    "give it a line of its own",
+                    number,
+                )
 
     # ---- lines ------------------------------------------------------------------------------------------------
 
@@ -177,12 +207,17 @@ class Writer:
             own = float(self.program.feed[self.program.first[feeds[0]]])
             target = own if wanted is None else wanted
             says = any(letter == "F" for letter, _ in words_of(text))
-            if (wanted is not None and (self.feed is None or abs(self.feed - target) > 1e-9 or says)) or \
-                    (wanted is None and not says and abs(self.feed - target) > 1e-9):
+            if (wanted is not None and (self.feed is None or abs(self.feed - target) > 1e-9 or says)) or (
+                wanted is None and not says and abs(self.feed - target) > 1e-9
+            ):
                 units = self.program.modes_on(steps[-1]).units
                 changed = with_feed(text, Numbers(units).feed(target))
                 if changed is None:
-                    raise Unreadable("its F is an expression, and has to change", "write F as a number", self.program.line_of(steps[0]))
+                    raise Unreadable(
+                        "its F is an expression, and has to change",
+                        "write F as a number",
+                        self.program.line_of(steps[0]),
+                    )
                 text = changed
             self.feed = target if wanted is not None else None
         elif not feeds and self.feed is not None and any(letter == "F" for letter, _ in words_of(text)):
@@ -198,8 +233,11 @@ class Writer:
             motion, feed = self.program.before_block(block)
             if None not in (self.motion, motion) and self.motion != motion:
                 if motion not in ("G0", "G1", "G80"):
-                    raise Unreadable(f"a call or a loop begins while {motion} is in force, and the moves before it have to change",
-                                     f"write the G word of the first move in it, and G1 before line {number}", number)
+                    raise Unreadable(
+                        f"a call or a loop begins while {motion} is in force, and the moves before it have to change",
+                        f"write the G word of the first move in it, and G1 before line {number}",
+                        number,
+                    )
                 self.out.line(motion, self.end)
             if self.feed is not None and feed > 0.0 and abs(self.feed - feed) > 1e-9:
                 self.out.line("F" + Numbers(self.program.modes[number - 1].units).feed(feed), self.end)
@@ -242,7 +280,8 @@ class Writer:
         self._take_over(step)
 
     def _shown(self, note, text):
-        """The comment above what takes a line's place.  The note is said once: long programs have millions of such lines."""
+        """The comment above what takes a line's place.  The note is said once: long programs have millions of such
+        lines."""
         old = _BRACKETS.sub(" ", text).strip()[:MOST_SHOWN]
         had, self._said = self._said, note or "written out"
         return f"(was: {old})" if had == self._said else f"(chipwise: {self._said}: {old})"
@@ -275,7 +314,8 @@ class Writer:
         self._take_over(step)
 
     def _single_moves(self, text, moves):
-        """Moves one by one, with a MoveText of their own.  Segments that are travelled again may have arcs of other planes than the line's."""
+        """Moves one by one, with a MoveText of their own.  Segments that are travelled again may have arcs of other
+        planes than the line's."""
         move, plane = None, text.modes.plane
         for move in moves:
             words = text.words(move)

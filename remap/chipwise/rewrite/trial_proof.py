@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Depths, proved, of a path that is still sought: components/offline/depth_proof.c [6] from Python.
 
-Called by flute.py, levels.py and trials.py.  depth_proof.py proves the whole program at the end, whatever was found here.  Lengths mm, machine coordinates of
-the tool's tip.
+Called by flute.py, levels.py and trials.py.  depth_proof.py proves the whole program at the end, whatever was found
+here.  Lengths mm, machine coordinates of the tool's tip.
 """
 
 import ctypes as C
@@ -14,10 +14,12 @@ from chipwise.rewrite import depth_proof, sections
 from chipwise.clib import layout
 from chipwise.clib.library import library
 
-ROOM = 100_000              # witnesses of one path
-SQUARES = 20_000_000        # looked at for one path: seconds; beyond, nothing is sought in this stock any more
-ALLOWED_MM = 0.004          # deeper than the flutes are long: check reports 0.005, and may read a little more of what is written
-OVER_STOCK_MM = 1.0         # where a tool comes down from
+ROOM = 100_000  # witnesses of one path
+SQUARES = 20_000_000  # looked at for one path: seconds; beyond, nothing is sought in this stock any more
+ALLOWED_MM = (
+    0.004  # deeper than the flutes are long: check reports 0.005, and may read a little more of what is written
+)
+OVER_STOCK_MM = 1.0  # where a tool comes down from
 
 
 class Sought:
@@ -38,8 +40,9 @@ class Sought:
             self._waiting.append((self._tools.index(tool), np.asarray(start, float), np.asarray(ends, float)))
 
     def too_deep(self, tool, places, asked=True):
-        """FOUND records of what moves along places (n, 3) meet too deep, behind all that is kept; they take the place of those asked about before.
-        The tool comes down at the first place.  asked (n - 1,) bool: which of the moves are asked for."""
+        """FOUND records of what moves along places (n, 3) meet too deep, behind all that is kept; they take the place
+        of those asked about before.  The tool comes down at the first place.  asked (n - 1,) bool: which of the moves
+        are asked for."""
         if self.is_off:
             return ()
         if self._handle is None:
@@ -60,8 +63,12 @@ class Sought:
             raise MemoryError
 
     def _open(self):
-        self._handle = library().chip_proof_open(C.byref(depth_proof.shape_of(self._stock)), self._table.ctypes.data, len(self._table),
-                                                 depth_proof.cell_of(self._stock, self._table))
+        self._handle = library().chip_proof_open(
+            C.byref(depth_proof.shape_of(self._stock)),
+            self._table.ctypes.data,
+            len(self._table),
+            depth_proof.cell_of(self._stock, self._table),
+        )
         if not self._handle:
             raise MemoryError
         weakref.finalize(self, library().chip_proof_close, self._handle)
@@ -76,7 +83,9 @@ class Sought:
         start, to = np.ascontiguousarray(start, np.float64), np.ascontiguousarray(ends, np.float64)
         tool, squares = np.full(len(to), index, np.int32), C.c_int64(SQUARES)
         path = layout.ProofPath(start.ctypes.data, to.ctypes.data, tool.ctypes.data, len(to))
-        count = library().chip_proof_add(self._handle, C.byref(path), C.addressof(squares), self._found.ctypes.data, ROOM)
+        count = library().chip_proof_add(
+            self._handle, C.byref(path), C.addressof(squares), self._found.ctypes.data, ROOM
+        )
         if count < 0:
             raise MemoryError
         self.is_off = squares.value <= 0

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Trials of one path: its points are shifted until the flutes are long enough, its corners rounded, its turned segments bridged.
+"""Trials of one path: its points are shifted until the flutes are long enough, its corners rounded, its turned segments
+bridged.
 
 Called by flute.py, whose [2] and [3] this is.  Source: CN105492980 [0094]..[0115] (shift.py has the amounts).
 Lengths mm, machine coordinates of the tool's tip.
@@ -16,23 +17,24 @@ from chipwise.rewrite.merge_moves import beside, with_fewer
 from chipwise.rewrite.links import OVER_MM
 from chipwise.rewrite.trial_proof import ALLOWED_MM
 
-LEFT_MM = 0.002             # smaller shifts are ignored
-MOST_ROUNDS = 400           # of trials of one path; each raises some point
-MOST_PROOFS = 20            # of one path
+LEFT_MM = 0.002  # smaller shifts are ignored
+MOST_ROUNDS = 400  # of trials of one path; each raises some point
+MOST_PROOFS = 20  # of one path
 # by which paths are raised higher than is needed once the proof has found one too deep: what check and the next level
 # read of a slope is a little more
 RESERVE_MM = 0.06
-GOUGE_MM3 = 1e-3            # what a bridge may take of the part
+GOUGE_MM3 = 1e-3  # what a bridge may take of the part
 
 
 class Trials:
-    """Of one path: an along.Body in the stock as it is.  lead_in: cuts the moves that lead to a path (n, 3); sought: a Sought of what comes
-    before; limit: mm, depth up to which the flutes are used; more: mm by which what is deeper is raised higher than that."""
+    """Of one path: an along.Body in the stock as it is.  lead_in: cuts the moves that lead to a path (n, 3); sought: a
+    Sought of what comes before; limit: mm, depth up to which the flutes are used; more: mm by which what is deeper is
+    raised higher than that."""
 
     def __init__(self, program, body, stock, tool, lead_in, sought, limit, more):
         self.program, self.body, self.stock, self.tool, self.lead_in = program, body, stock, tool, lead_in
         self.sought, self.limit, self.more = sought, limit, more
-        self.bridged = 0                            # points of the path that was found
+        self.bridged = 0  # points of the path that was found
         self.proofs = 0
         self.window = sections.Window(stock, body.points, tool.shape.diameter / 2)
         self.recut = Recut(stock, tool.shape)
@@ -41,7 +43,8 @@ class Trials:
     def shifted(self, radius, target=None, depth=None):
         """The shifted path, which is cut: (n, 3) points, NaN where they are left out (_path()).
 
-        radius: of corners; depth: what the path has met, if that is known; target: Window of what the first path leaves, if there may be bridges.
+        radius: of corners; depth: what the path has met, if that is known; target: Window of what the first path
+        leaves, if there may be bridges.
         """
         points, window = self.body.points, self.window
         if depth is None:
@@ -64,7 +67,7 @@ class Trials:
             if not too_low:
                 new = self._bridges(moved, dropped, tried, target) if target is not None else None
             if not too_low and new is None and dropped.any() and self._too_low_proved(chords, spans, need, dropped):
-                new, target = np.zeros_like(dropped), None      # bridges have left what is met now: none then
+                new, target = np.zeros_like(dropped), None  # bridges have left what is met now: none then
             if too_low:
                 _raise(need, dropped, *too_low)
                 moved = None
@@ -75,8 +78,11 @@ class Trials:
             else:
                 dropped = new
             window.restore()
-        raise Unreadable("the flutes are too short, and the path cannot be shifted so that they reach",
-                         "take smaller steps in Z, or a tool with longer flutes", int(self.program.line[self.body.move[0]]))
+        raise Unreadable(
+            "the flutes are too short, and the path cannot be shifted so that they reach",
+            "take smaller steps in Z, or a tool with longer flutes",
+            int(self.program.line[self.body.move[0]]),
+        )
 
     def _raise_first(self, need, dropped, depth):
         """Both ends of each segment of the first path that meets too much; depth (n - 1,): what they meet."""
@@ -92,14 +98,15 @@ class Trials:
         return with_fewer(self.program, self.body, path, beside(self.tool.shape))
 
     def _written(self, path):
-        """(chords (n, 3), spans (n - 1, 2)): a path as it will be read back; first and last point that each chord goes to."""
+        """(chords (n, 3), spans (n - 1, 2)): a path as it will be read back; first and last point that each chord goes
+        to."""
         moves, spans = path_moves.moves_along(self.program, self.body, path)
         chords, owner = path_moves.polyline(path[0], moves)
         return self.program.as_written(chords, int(self.program.step[self.body.move[0]])), spans[owner]
 
     def _too_low_as_written(self, chords, spans):
-        """Cuts a path as it will be read back; -> (first point, last point, Z (k,)) that they must not be below where it is too deep, None:
-        nowhere."""
+        """Cuts a path as it will be read back; -> (first point, last point, Z (k,)) that they must not be below where
+        it is too deep, None:  nowhere."""
         self.window.restore()
         points, piece = sections.pieces(chords, SEGMENT_MM)
         spans = spans[piece]
@@ -110,12 +117,17 @@ class Trials:
         return (*self._between(spans[k], at[k], at[k + 1]), low[k] + over[k] + self.more) if len(k) else None
 
     def _between(self, spans, begin, end):
-        """(first, last), each (k,): the points round begin .. end (k,) mm along the path, which are between those of spans (k, 2)."""
+        """(first, last), each (k,): the points round begin .. end (k,) mm along the path, which are between those of
+        spans (k, 2)."""
         bounds = []
         for span, a, b in zip(spans.tolist(), begin, end):
-            own = self.s[span[0]:span[1] + 1]
-            bounds.append((max(span[0] + int(own.searchsorted(a, side="right")) - 1, span[0]),
-                           min(span[0] + int(own.searchsorted(b, side="left")), span[1])))
+            own = self.s[span[0] : span[1] + 1]
+            bounds.append(
+                (
+                    max(span[0] + int(own.searchsorted(a, side="right")) - 1, span[0]),
+                    min(span[0] + int(own.searchsorted(b, side="left")), span[1]),
+                )
+            )
         return np.array(bounds).T
 
     def _too_low_proved(self, chords, spans, need, dropped):
@@ -158,7 +170,8 @@ class Trials:
 
 
 def _raise(need, dropped, first, last, z):
-    """Points first .. last, each (k,), must not be below z (k,); those of a bridge that is too deep are points of the path again."""
+    """Points first .. last, each (k,), must not be below z (k,); those of a bridge that is too deep are points of the
+    path again."""
     for at in range(int((last - first).max()) + 1):
         own = last - first >= at
         np.maximum.at(need, first[own] + at, z[own])

@@ -4,10 +4,12 @@
 Called by calls.py.
 
  1. Outermost blocks are written out; every other line keeps its text.
- 2. The moves are G0 to G3 of canonical moves, absolute, in the coordinate system, units, plane and arc mode in force there.
-    Canned cycles, cycles of chipwise and cutter compensation become their moves.
- 3. Codes that do something else come with the values that they have had (kept_codes.py), comments that do something too.
- 4. Behind a block its parameters have the values that the block has left, and G90 or G91, the motion mode and F are what it has left.
+ 2. The moves are G0 to G3 of canonical moves, absolute, in the coordinate system, units, plane and arc mode in force
+    there.  Canned cycles, cycles of chipwise and cutter compensation become their moves.
+ 3. Codes that do something else come with the values that they have had (kept_codes.py), comments that do something
+    too.
+ 4. Behind a block its parameters have the values that the block has left, and G90 or G91, the motion mode and F are
+    what it has left.
 """
 
 import os
@@ -25,10 +27,12 @@ from chipwise.rewrite.move_text import MoveText, Numbers, g_code, plain
 from chipwise.rewrite.marked_reader import AT, FEED, FILE, ITEM, LINE_NUMBER, MOTION, SIDE, WHAT, modes_of
 from chipwise.rewrite.words import active_comments, code, plain_move, words_of
 
-MOST_SHOWN = 120            # characters of a line that is shown as a comment
-MOST_LINES = 40             # of a block that are shown
+MOST_SHOWN = 120  # characters of a line that is shown as a comment
+MOST_LINES = 40  # of a block that are shown
 # known on the machine only, or while it runs: what a block does by them is not known before
-_MACHINES = re.compile(r"#\s*<_(?:task|hal\[[^\]]*\]|feed_override|adaptive_feed|feed_hold)\s*>|#\s*(?:5399|50(?:6\d|70))(?!\d)", re.I)
+_MACHINES = re.compile(
+    r"#\s*<_(?:task|hal\[[^\]]*\]|feed_override|adaptive_feed|feed_hold)\s*>|#\s*(?:5399|50(?:6\d|70))(?!\d)", re.I
+)
 _VALUE = re.compile(r"#\s*<_value", re.I)
 
 
@@ -38,14 +42,14 @@ class Unroller:
     def __init__(self, followed):
         self.followed, self.program = followed, followed.program
         self.marks = self.program.marks
-        self.steps = np.searchsorted(self.program.first, self.marks[:, AT]).tolist()       # before each mark
-        self.checked = set()        # (file, line) of lines that may be written out
+        self.steps = np.searchsorted(self.program.first, self.marks[:, AT]).tolist()  # before each mark
+        self.checked = set()  # (file, line) of lines that may be written out
         self.end = "\r\n" if self.program.source[0].endswith("\r\n") else "\n"
         self.out, self.checks, self.origin, self.key, self.text = [], {}, [], None, None
 
     def write(self, blocks):
-        """Bytes of the program with Blocks written out.  Then checks is {line of it: first line of the block that it is the end of},
-        and origin [the line of the program that each of its lines comes from]."""
+        """Bytes of the program with Blocks written out.  Then checks is {line of it: first line of the block that it is
+        the end of}, and origin [the line of the program that each of its lines comes from]."""
         program, outermost = self.program, self.program.blocks.outermost
         for number, text in enumerate(program.source, 1):
             block = outermost.get(number)
@@ -70,7 +74,13 @@ class Unroller:
         self._check_text(block)
         self._show(block)
         modes, self.motion = modes_of(self.marks[begin]), f"G{self.marks[begin, MOTION] / 10:g}"
-        self.now, self.feed, self.key, self.fresh, self.shifted = modes, float(self.marks[begin, FEED]), None, True, False
+        self.now, self.feed, self.key, self.fresh, self.shifted = (
+            modes,
+            float(self.marks[begin, FEED]),
+            None,
+            True,
+            False,
+        )
         if modes.distance == 91:
             self._line("G90")
         if modes.cycle:
@@ -94,12 +104,16 @@ class Unroller:
         if self.marks[begins[0], SIDE] or self.marks[ends[0], SIDE]:
             raise kept_codes.cannot("cutter compensation (G41, G42)", block.first, "it goes on before or behind it")
         if self.followed.missing:
-            raise kept_codes.cannot(f"a call of o<{self.followed.missing}>", block.first, "no file on the SUBROUTINE_PATH has this sub and no more")
+            raise kept_codes.cannot(
+                f"a call of o<{self.followed.missing}>",
+                block.first,
+                "no file on the SUBROUTINE_PATH has this sub and no more",
+            )
         return int(begins[0]), int(ends[0])
 
     def _show(self, block):
         """The block's own lines as comments."""
-        shown = self.program.source[block.first - 1:block.last]
+        shown = self.program.source[block.first - 1 : block.last]
         for k, text in enumerate(shown[:MOST_LINES]):
             note = "written out: " if k == 0 else "| "
             self._line(f"(chipwise: {note}{re.sub(r'[()]', ' ', text).strip()[:MOST_SHOWN]})")
@@ -155,7 +169,7 @@ class Unroller:
         if own:
             self.motion, self.fresh, self.shifted = None, True, False
             return
-        if self.shifted and end > first and program.kind_of(first) == ARC:       # from where, the records do not say
+        if self.shifted and end > first and program.kind_of(first) == ARC:  # from where, the records do not say
             raise kept_codes.cannot("an arc", line, "the tool's length has changed just before")
         self._moves(range(first, end), after)
 
@@ -165,7 +179,11 @@ class Unroller:
 
     def _set(self, modes):
         """The modes that decide how lengths and arcs are read."""
-        words = [f"G{getattr(modes, name):g}" for name in ("units", "plane", "arc_distance") if getattr(modes, name) != getattr(self.now, name)]
+        words = [
+            f"G{getattr(modes, name):g}"
+            for name in ("units", "plane", "arc_distance")
+            if getattr(modes, name) != getattr(self.now, name)
+        ]
         if words:
             self._line(" ".join(words))
         self.now = modes
@@ -197,7 +215,7 @@ class Unroller:
     def _moves(self, steps, modes):
         program = self.program
         for step in steps:
-            fresh = self.fresh or self.shifted          # where the tool is before, the records need not say
+            fresh = self.fresh or self.shifted  # where the tool is before, the records need not say
             self.fresh = self.shifted = False
             move, start = original(program, step), program.start(int(program.first[step]))
             if not fresh and move.circle is None and np.abs(np.asarray(move.end) - start).max() < 1e-9:
@@ -229,15 +247,20 @@ class Unroller:
         if wanted != self.motion:
             if wanted in ("G0", "G1", "G80"):
                 self._line(wanted)
-            elif not says_motion(self.program.source[block.last:]):
-                raise kept_codes.cannot(f"{wanted} at its end", block.last, "the line behind the block has no G word for its move")
+            elif not says_motion(self.program.source[block.last :]):
+                raise kept_codes.cannot(
+                    f"{wanted} at its end", block.last, "the line behind the block has no G word for its move"
+                )
 
 
 def says_motion(source):
-    """Whether the first line with a move, or the program's end, comes with a motion G word of its own and before any O-word."""
+    """Whether the first line with a move, or the program's end, comes with a motion G word of its own and before any
+    O-word."""
     for text in source:
         own = words_of(text)
-        if any(letter == "O" for letter, _ in own) or (plain_move(text) is None and re.match(r"\s*/?\s*(?:n\s*\d+\s*)?o", code(text), re.I)):
+        if any(letter == "O" for letter, _ in own) or (
+            plain_move(text) is None and re.match(r"\s*/?\s*(?:n\s*\d+\s*)?o", code(text), re.I)
+        ):
             return False
         if any(letter == "G" and value is not None and int(value) in kept_codes.MOTIONS for letter, value in own):
             return True

@@ -5,10 +5,15 @@ import re
 
 _COMMENT = re.compile(r"\([^)]*\)?|;.*$")
 _WORD = re.compile(r"([a-z])\s*(?:((?:[+-]\s*)?(?:\d+(?:\.\d*)?|\.\d+))|(?=[#\[+-]))", re.I)
-# A line of an N word, G0 to G3 and numbers behind X Y Z I J K R F, without comments: nearly every line of a long program.
-_PLAIN_MOVE = re.compile(r"[ \t]*(?:n\d+[ \t]*)?(g0*[0-3](?![\d.])[ \t]*)?(?:[xyzijkrf][ \t]*[+-]?(?:\d+(?:\.\d*)?|\.\d+)[ \t]*)*[\r\n]*",
-                         re.I)
-_NAME = re.compile(r"<[^>]*(?:>|\Z)")              # of a parameter; one that does not end takes the rest, or a line of `<` costs the square of its length
+# A line of an N word, G0 to G3 and numbers behind X Y Z I J K R F, without comments: nearly every line of a long
+# program.
+_PLAIN_MOVE = re.compile(
+    r"[ \t]*(?:n\d+[ \t]*)?(g0*[0-3](?![\d.])[ \t]*)?(?:[xyzijkrf][ \t]*[+-]?(?:\d+(?:\.\d*)?|\.\d+)[ \t]*)*[\r\n]*",
+    re.I,
+)
+_NAME = re.compile(
+    r"<[^>]*(?:>|\Z)"
+)  # of a parameter; one that does not end takes the rest, or a line of `<` costs the square of its length
 MOTION = re.compile(r"(?<![a-z<_])g\s*0*([0-3])(?![\d.])", re.I)
 
 
@@ -29,21 +34,25 @@ def only_comment(text):
 
 def active_comments(text):
     """The comments of a line that do something: (MSG,..), (PRINT,..), (LOG,..), (WORKPIECE,..)."""
-    return [m.group() for m in _COMMENT.finditer(text.rstrip("\r\n")) if re.match(r"[(;]\s*[a-z]+\s*,", m.group(), re.I)]
+    return [
+        m.group() for m in _COMMENT.finditer(text.rstrip("\r\n")) if re.match(r"[(;]\s*[a-z]+\s*,", m.group(), re.I)
+    ]
 
 
 def words_of(text):
     """[(letter, number or None)] of a line's code; None: an expression or a parameter."""
-    return [(m.group(1).upper(), float(m.group(2).replace(" ", "")) if m.group(2) else None)
-            for m in _WORD.finditer(_NAME.sub("", code(text)))]
+    return [
+        (m.group(1).upper(), float(m.group(2).replace(" ", "")) if m.group(2) else None)
+        for m in _WORD.finditer(_NAME.sub("", code(text)))
+    ]
 
 
 def with_feed(text, feed):
     """A line's text with another F (text of a number); None where its F cannot be found."""
-    body, end = text.rstrip("\r\n"), text[len(text.rstrip("\r\n")):]
+    body, end = text.rstrip("\r\n"), text[len(text.rstrip("\r\n")) :]
     parts, last = [], 0
     for comment in _COMMENT.finditer(body):
-        parts += [body[last:comment.start()], comment.group()]
+        parts += [body[last : comment.start()], comment.group()]
         last = comment.end()
     parts.append(body[last:])
     pattern = re.compile(r"f\s*[+-]?(?:\d+(?:\.\d*)?|\.\d+)", re.I)

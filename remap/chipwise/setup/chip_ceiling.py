@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How many times its F a tool may go by the largest chip of its edges, `chip_load` of the tool geometry.  Called by measure.py.
+"""How many times its F a tool may go by the largest chip of its edges, `chip_load` of the tool geometry.  Called by
+measure.py.
 
-times = chip_load * flutes * spindle speed / F, with the slowest spindle and the fastest F of the tool in the program's text.  A text that does not say them,
-because it computes them, calls subs, or feeds per turn or in inverse time, gives none.
+times = chip_load * flutes * spindle speed / F, with the slowest spindle and the fastest F of the tool in the program's
+text.  A text that does not say them, because it computes them, calls subs, or feeds per turn or in inverse time, gives
+none.
 """
 
 import io
@@ -12,14 +14,15 @@ from chipwise.program.comments import bare
 from chipwise.errors import MM_PER_INCH
 from chipwise.host.files import open_regular
 
-LEAST, MOST = 1.0, 10.0     # of SETUP_CEILING
+LEAST, MOST = 1.0, 10.0  # of SETUP_CEILING
 _UNSAID = re.compile(rb"[SF][-+\[#]|M0*98(?![0-9.])|^/?(?:N[0-9.]+)?O[^\n]*CALL|G0*9[35](?![0-9.])", re.MULTILINE)
 _WORD = re.compile(rb"(T|S|F)([0-9.]+)|(M)0*6(?![0-9.])|(G)0*(20|21)(?![0-9.])")
 
 
 def ceilings(program, geometry, unit_mm, most_bytes):
-    """{tool number: times F} with geometry {number: ToolGeometry}; only tools that have chip_load and flutes.  A tool that the program does not call has that
-    of the moves before any tool change.  unit_mm: of the machine.  Raises OSError."""
+    """{tool number: times F} with geometry {number: ToolGeometry}; only tools that have chip_load and flutes.  A tool
+    that the program does not call has that of the moves before any tool change.  unit_mm: of the machine.  Raises
+    OSError."""
     wanted = {number: g.chip_load * g.flutes for number, g in geometry.items() if g.chip_load and g.flutes}
     if not wanted:
         return {}
@@ -29,11 +32,16 @@ def ceilings(program, geometry, unit_mm, most_bytes):
         return {}
     said = _said(text, unit_mm)
     pairs = ((number, said.get(number, said.get(None))) for number in wanted)
-    return {number: round(min(max(wanted[number] * min(pair[0]) / max(pair[1]), LEAST), MOST), 2) for number, pair in pairs if pair and all(pair)}
+    return {
+        number: round(min(max(wanted[number] * min(pair[0]) / max(pair[1]), LEAST), MOST), 2)
+        for number, pair in pairs
+        if pair and all(pair)
+    }
 
 
 def _said(text, unit_mm):
-    """{tool number; None: before any tool change: (speeds, 1/min, feeds, mm/min)}; those in force at its tool change count where a tool has none of its own."""
+    """{tool number; None: before any tool change: (speeds, 1/min, feeds, mm/min)}; those in force at its tool change
+    count where a tool has none of its own."""
     said: dict[int | None, tuple[list, list]] = {None: ([], [])}
     in_force: list[list] = [[], []]
     number, waiting = None, None

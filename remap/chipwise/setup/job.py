@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The job file of a program: the stock and the feeds that a person has confirmed for it.
 
-Called by cli/setup.py.  part.ngc has part.job.toml beside it, or in the folder [CHIPWISE]JOBS.  It has the digest of the program: a program that
-was changed since, or another one of that name, has no set-up.  Nothing else of the file is trusted either: whatever is in it, read() ends in a Job
-or in a CycleError.  mm, mm3/min; the file has rates in cm3/min, as a person types them.
+Called by cli/setup.py.  part.ngc has part.job.toml beside it, or in the folder [CHIPWISE]JOBS.  It has the digest of
+the program: a program that was changed since, or another one of that name, has no set-up.  Nothing else of the file is
+trusted either: whatever is in it, read() ends in a Job or in a CycleError.  mm, mm3/min; the file has rates in cm3/min,
+as a person types them.
 """
 
 import hashlib
@@ -27,9 +28,9 @@ FORMAT = 1
 ENDING, UNFINISHED = ".job.toml", ".unfinished"
 MAX_BYTES = 1 << 18
 MAX_TOOLS = 200
-MAX_TEXT = 200              # characters of a name
+MAX_TEXT = 200  # characters of a name
 SOURCES = "program", "comment", "option", "assumed"
-FARTHEST_MM, LEAST_MM = 1e5, 1e-3       # of a stock: corners, extents
+FARTHEST_MM, LEAST_MM = 1e5, 1e-3  # of a stock: corners, extents
 MAX_DIAMETER_MM = 2000.0
 _DIGEST = re.compile(r"[0-9a-f]{64}")
 
@@ -45,9 +46,10 @@ class JobTool:
 
 @dataclass(frozen=True)
 class Job:
-    """program: its name; digest: SHA-256; low, high: mm, work coordinates of the first move; source: one of SOURCES; tools: {number: JobTool};
-    air: whether feeds above the stock may be as fast as the axes; set_up: number of the clamps of M256 that it switches on, 0: none;
-    clamps: {name: Clamp} of its own, mm, work coordinates of the first move."""
+    """program: its name; digest: SHA-256; low, high: mm, work coordinates of the first move; source: one of SOURCES;
+    tools: {number: JobTool}; air: whether feeds above the stock may be as fast as the axes; set_up: number of the
+    clamps of M256 that it switches on, 0: none; clamps: {name: Clamp} of its own, mm, work coordinates of the first
+    move."""
 
     program: str
     digest: str
@@ -61,8 +63,10 @@ class Job:
     clamps: dict = field(default_factory=dict)
 
     def obstacles(self, path: str, frame) -> tuple:
-        """All its Clamps, machine coordinates.  path: [CHIPWISE]CLAMPS; frame: of the first move.  Raises CycleError for a set-up that the file does not have."""
-        from chipwise.clamps import set_ups         # needs numpy, which LinuxCNC's task must not load for every machine
+        """All its Clamps, machine coordinates.  path: [CHIPWISE]CLAMPS; frame: of the first move.  Raises CycleError
+        for a set-up that the file does not have."""
+        from chipwise.clamps import set_ups  # needs numpy, which LinuxCNC's task must not load for every machine
+
         known = set_ups.clamps_of(path, self.set_up) if self.set_up else ()
         return (*known, *(clamp.on_machine(frame) for clamp in self.clamps.values()))
 
@@ -78,25 +82,41 @@ def name_of(program: str) -> str:
     return printable(os.path.basename(program))[:MAX_TEXT]
 
 
-# ---- write -----------------------------------------------------------------------------------------------------------------
+# ---- write -----------------------------------------------------------------------------------------------------------
 
 
 def text_of(job: Job) -> str:
     """The content of a file."""
-    lines = ["# chipwise: the set-up of a program, confirmed by a person; made by chipwise setup", f"format = {FORMAT}",
-             f"program = {_quoted(job.program)}", f'sha256 = "{job.digest}"', *([f"material = {_quoted(job.material)}"] if job.material else []),
-             *(["air = true              # feeds above the stock are as fast as the axes"] if job.air else []),
-             *([f"clamps = {job.set_up}               # set-up of M256"] if job.set_up else []),
-             "", "[stock]                 # mm, work coordinates of the first move",
-             f"min = {_numbers(job.low)}", f"max = {_numbers(job.high)}", f'source = "{job.source}"']
+    lines = [
+        "# chipwise: the set-up of a program, confirmed by a person; made by chipwise setup",
+        f"format = {FORMAT}",
+        f"program = {_quoted(job.program)}",
+        f'sha256 = "{job.digest}"',
+        *([f"material = {_quoted(job.material)}"] if job.material else []),
+        *(["air = true              # feeds above the stock are as fast as the axes"] if job.air else []),
+        *([f"clamps = {job.set_up}               # set-up of M256"] if job.set_up else []),
+        "",
+        "[stock]                 # mm, work coordinates of the first move",
+        f"min = {_numbers(job.low)}",
+        f"max = {_numbers(job.high)}",
+        f'source = "{job.source}"',
+    ]
     for number, tool in job.tools.items():
         lines += ["", f"[tool.{number}]", f"diameter = {_number(tool.diameter)}"]
         if tool.target is not None:
-            lines += [f"target = {_number(tool.target / MM3_PER_CM3)}      # cm3/min", f"ceiling = {_number(tool.ceiling)}      # times F"]
+            lines += [
+                f"target = {_number(tool.target / MM3_PER_CM3)}      # cm3/min",
+                f"ceiling = {_number(tool.ceiling)}      # times F",
+            ]
     for number, (name, clamp) in enumerate(job.clamps.items()):
         from chipwise.clamps.set_ups import numbers_of
+
         shape, values = numbers_of(clamp)
-        lines += ["", f"[clamp.{name}]" + (" " * 14 + "# mm, work coordinates of the first move") * (not number), f"{shape} = {_numbers(values)}"]
+        lines += [
+            "",
+            f"[clamp.{name}]" + (" " * 14 + "# mm, work coordinates of the first move") * (not number),
+            f"{shape} = {_numbers(values)}",
+        ]
     return "\n".join(lines) + "\n"
 
 
@@ -127,16 +147,21 @@ def write(path: str, job: Job) -> None:
     """Write a job file, whole or not at all; CycleError where it cannot be written, or something else is there."""
     here = _name(path)
     if os.path.lexists(path):
-        other = read(path)                              # any other file stays: this raises
+        other = read(path)  # any other file stays: this raises
         if other.program != job.program:
-            raise CycleError(f"{here} is the set-up of {braceless(other.program)}", "remove that file, or rename one of the programs")
+            raise CycleError(
+                f"{here} is the set-up of {braceless(other.program)}", "remove that file, or rename one of the programs"
+            )
     try:
         write_durable(path, text_of(job).encode(), UNFINISHED)
     except OSError as error:
-        raise CycleError(f"{here} cannot be written: {error.strerror}", "use a folder that you may write, or set [CHIPWISE]JOBS to one") from error
+        raise CycleError(
+            f"{here} cannot be written: {error.strerror}",
+            "use a folder that you may write, or set [CHIPWISE]JOBS to one",
+        ) from error
 
 
-# ---- read ------------------------------------------------------------------------------------------------------------------
+# ---- read ------------------------------------------------------------------------------------------------------------
 
 
 def _name(path):
@@ -152,16 +177,20 @@ def read(path: str) -> Job:
     except UnicodeDecodeError:
         _fail(path, "it is not UTF-8")
     except OSError as error:
-        raise CycleError(f"{_name(path)} cannot be read: {error.strerror}", "remove it, and set the program up again") from error
+        raise CycleError(
+            f"{_name(path)} cannot be read: {error.strerror}", "remove it, and set the program up again"
+        ) from error
     try:
         document = tomllib.loads(text)
-    except (ValueError, RecursionError):                # a number of 5,000 digits is a ValueError
+    except (ValueError, RecursionError):  # a number of 5,000 digits is a ValueError
         _fail(path, "it is not TOML")
     return _Document(path, document).job()
 
 
 def _fail(path, text) -> NoReturn:
-    raise CycleError(f"{_name(path)} is not a job file of chipwise: {braceless(text)}", "remove it, and set the program up again")
+    raise CycleError(
+        f"{_name(path)} is not a job file of chipwise: {braceless(text)}", "remove it, and set the program up again"
+    )
 
 
 class _Document:
@@ -177,7 +206,9 @@ class _Document:
         document = self.document
         if document.get("format") != FORMAT or isinstance(document["format"], bool):
             self._fail(f"format is not {FORMAT}")
-        self._keys(document, ("format", "program", "sha256", "material", "air", "clamps", "clamp", "stock", "tool"), "the file")
+        self._keys(
+            document, ("format", "program", "sha256", "material", "air", "clamps", "clamp", "stock", "tool"), "the file"
+        )
         program, digest = self._text(document, "program"), self._text(document, "sha256")
         if not _DIGEST.fullmatch(digest):
             self._fail("sha256 is not a digest")
@@ -194,8 +225,18 @@ class _Document:
             self._fail("source of the stock is not one of " + ", ".join(SOURCES))
         if not 1 <= len(tools) <= MAX_TOOLS:
             self._fail(f"it has not from 1 to {MAX_TOOLS} tools")
-        return Job(program, digest, low, high, stock["source"], material, dict(self._tool(name, table) for name, table in tools.items()), air,
-                   self._set_up(), self._clamps(program))
+        return Job(
+            program,
+            digest,
+            low,
+            high,
+            stock["source"],
+            material,
+            dict(self._tool(name, table) for name, table in tools.items()),
+            air,
+            self._set_up(),
+            self._clamps(program),
+        )
 
     def _set_up(self):
         number = self.document.get("clamps", 0)
@@ -207,11 +248,17 @@ class _Document:
         if "clamp" not in self.document:
             return {}
         from chipwise.clamps import set_ups
+
         tables = self._table(self.document, "clamp")
         if len(tables) > set_ups.MAX_CLAMPS:
             self._fail(f"it has more than {set_ups.MAX_CLAMPS} clamps")
         try:
-            return {name: set_ups.clamp_of(self.path, f"clamp {name[:40]}", name, fields, f"clamp {name} of the set-up of {program}") for name, fields in tables.items()}
+            return {
+                name: set_ups.clamp_of(
+                    self.path, f"clamp {name[:40]}", name, fields, f"clamp {name} of the set-up of {program}"
+                )
+                for name, fields in tables.items()
+            }
         except CycleError as error:
             self._fail(unnamed(error).partition(";")[0].removeprefix(f"{os.path.basename(self.path)}: "))
 
@@ -229,7 +276,9 @@ class _Document:
         ceiling = self._bounded(table, "ceiling", 0.0, 1e3)
         if not SETTINGS["SETUP_CEILING"].allowed(ceiling):
             self._fail(f"ceiling of [tool.{name}] is not {SETTINGS['SETUP_CEILING'].rule}")
-        return int(name), JobTool(diameter, self._bounded(table, "target", 0.0, MAX_RATE / MM3_PER_CM3) * MM3_PER_CM3, ceiling)
+        return int(name), JobTool(
+            diameter, self._bounded(table, "target", 0.0, MAX_RATE / MM3_PER_CM3) * MM3_PER_CM3, ceiling
+        )
 
     def _keys(self, table, known, what):
         if not set(table) <= set(known):
@@ -248,7 +297,9 @@ class _Document:
 
     def _corner(self, table, key):
         value = table.get(key)
-        if not (isinstance(value, list) and len(value) == 3 and all(_is_number(v) and abs(v) <= FARTHEST_MM for v in value)):
+        if not (
+            isinstance(value, list) and len(value) == 3 and all(_is_number(v) and abs(v) <= FARTHEST_MM for v in value)
+        ):
             self._fail(f"{key} of the stock is not three lengths")
         return tuple(map(float, value))
 
@@ -260,7 +311,11 @@ class _Document:
 
 
 def _is_number(value):
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and (isinstance(value, int) or math.isfinite(value))
+    return (
+        isinstance(value, (int, float))
+        and not isinstance(value, bool)
+        and (isinstance(value, int) or math.isfinite(value))
+    )
 
 
 def state_of(path: str, program: str, digest: str) -> tuple[Optional[Job], str]:

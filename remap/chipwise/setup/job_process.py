@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Reads the job file of the loaded program, in a process of its own: an order as JSON on standard input, the answer as JSON on standard output.
-Called by monitor/set_up.py.
+"""Reads the job file of the loaded program, in a process of its own: an order as JSON on standard input, the answer as
+JSON on standard output.  Called by monitor/set_up.py.
 
     {"ini", "program", "job", "scene"}      job: path of its file; scene: loaded.scene()
-    -> {"why": the reason for not using it, or ""; "low", "high": mm, work coordinates of the first move; "to_machine": [turn (rad), offset, G92 offset] of
-        those, null if the program defines its stock itself; "text": the corners; "material": its name, or ""; "clamps": [[shape, turn (degrees), low, high, name]] mm, machine coordinates; "tools": {number: [diameter (mm), target (mm3/min) or null, ceiling]},
-        "air": whether feeds above the stock may be as fast as the axes, "keeps_f": the code of the program with which the feed never rises above F, or ""}
+    -> {"why": the reason for not using it, or ""; "low", "high": mm, work coordinates of the first move; "to_machine":
+        [turn (rad), offset, G92 offset] of those, null if the program defines its stock itself; "text": the corners;
+        "material": its name, or ""; "clamps": [[shape, turn (degrees), low, high, name]] mm, machine coordinates;
+        "tools": {number: [diameter (mm), target (mm3/min) or null, ceiling]}, "air": whether feeds above the stock may
+        be as fast as the axes, "keeps_f": the code of the program with which the feed never rises above F, or ""}
 
 The program is read up to its first move only.  Computing time and memory are limited, and LinuxCNC comes first.
 """
@@ -25,7 +27,7 @@ from chipwise.setup.measure import PROGRAM
 
 NICE = 10
 CPU_S = 60
-MEMORY_MB = 1000            # of this process, and of the one that reads
+MEMORY_MB = 1000  # of this process, and of the one that reads
 MOST_MOVES = 5_000_000
 
 
@@ -57,11 +59,18 @@ def answer(order, folder):
     first = _frame(order["program"], machine) if job.source != PROGRAM or job.clamps else None
     frame = None if job.source == PROGRAM else first
     clamps = job.obstacles(load_settings(order["ini"]).path("CLAMPS"), first)
-    return {"why": "", "material": job.material, "low": job.low, "high": job.high, "to_machine": frame and [frame.turn, frame.offset, frame.g92],
-            "text": f"from {format_place(job.low, machine.unit)} to {format_place(job.high, machine.unit)} {machine.unit}",
-            "tools": {number: [tool.diameter, tool.target, tool.ceiling] for number, tool in job.tools.items()},
-            "clamps": [clamp.row for clamp in clamps],
-            "air": job.air and not keeps_feed.code_of(order["program"], order["ini"], MAX_BYTES, keeps_feed.FEEDS_OUT), "keeps_f": keeps_feed.code_of(order["program"], order["ini"], MAX_BYTES)}
+    return {
+        "why": "",
+        "material": job.material,
+        "low": job.low,
+        "high": job.high,
+        "to_machine": frame and [frame.turn, frame.offset, frame.g92],
+        "text": f"from {format_place(job.low, machine.unit)} to {format_place(job.high, machine.unit)} {machine.unit}",
+        "tools": {number: [tool.diameter, tool.target, tool.ceiling] for number, tool in job.tools.items()},
+        "clamps": [clamp.row for clamp in clamps],
+        "air": job.air and not keeps_feed.code_of(order["program"], order["ini"], MAX_BYTES, keeps_feed.FEEDS_OUT),
+        "keeps_f": keeps_feed.code_of(order["program"], order["ini"], MAX_BYTES),
+    }
 
 
 def main():

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Whether the feed of a program may rise above F: not with a tap, which goes at its pitch without an override, nor with M52, which may switch off what
-holds the ceiling.  Called by job_process.py and time_process.py.
+"""Whether the feed of a program may rise above F: not with a tap, which goes at its pitch without an override, nor with
+M52, which may switch off what holds the ceiling.  Called by job_process.py and time_process.py.
 
-The program is searched, and the files of the subs that it calls: LinuxCNC's O-words and M98, and bodies of remapped codes (ngc=) that it uses.  It is
-a search of text, so a code that is never reached counts, too.
+The program is searched, and the files of the subs that it calls: LinuxCNC's O-words and M98, and bodies of remapped
+codes (ngc=) that it uses.  It is a search of text, so a code that is never reached counts, too.
 """
 
 import os
@@ -17,14 +17,15 @@ from chipwise.host.files import open_regular
 
 MOST_FILES = 200
 _KEEPS_F = re.compile(rb"G0*(?:74|84)(?![0-9.])|M0*52(?![0-9.])")
-FEEDS_OUT = re.compile(rb"G0*8[59](?![0-9.])")     # a bore or a reamer comes out at F
+FEEDS_OUT = re.compile(rb"G0*8[59](?![0-9.])")  # a bore or a reamer comes out at F
 _CALLS = re.compile(rb"^/?(?:N[0-9.]+)?O(\d+|<[^>\n]*>|\[|#)[^\n]*?CALL|M0*98P(\d+|\[|#)", re.MULTILINE)
 _BODY = re.compile(r"(\S+)\s.*?\bngc=(\S+)", re.IGNORECASE)
 COMPUTED = "call of a sub whose name is computed"
 
 
 def code_of(program, ini, most_bytes, codes=_KEEPS_F):
-    """The first one of the codes, with the name of its file if that is another one; "": none.  ini: path of the INI file.  Raises OSError for the program itself."""
+    """The first one of the codes, with the name of its file if that is another one; "": none.  ini: path of the INI
+    file.  Raises OSError for the program itself."""
     folders = [os.path.join(os.path.dirname(ini), folder) for folder in sub_folders(ini)]
     bodies = list(_bodies(ini))
     waiting, seen = [program], {program}
@@ -36,7 +37,7 @@ def code_of(program, ini, most_bytes, codes=_KEEPS_F):
         except OSError:
             if path == program:
                 raise
-            continue                    # LinuxCNC cannot read it either
+            continue  # LinuxCNC cannot read it either
         found = codes.search(text)
         if found:
             return found.group().decode() + ("" if path == program else f" in {printable(os.path.basename(path))}")

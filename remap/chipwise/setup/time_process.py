@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How long the loaded program takes, and would take set up, in a process of its own: an order as JSON on standard input, the answer as JSON on standard
-output.  Called by monitor/set_up_time.py.
+"""How long the loaded program takes, and would take set up, in a process of its own: an order as JSON on standard
+input, the answer as JSON on standard output.  Called by monitor/set_up_time.py.
 
     {"ini", "program", "scene"}      scene: loaded.scene()
-    -> {"time": s at F, "time_with": s with what `chipwise setup --yes` would confirm, SETUP_AIR included}; {} where that does not change the feed, or the program cannot be judged
+    -> {"time": s at F, "time_with": s with what `chipwise setup --yes` would confirm, SETUP_AIR included}; {} where
+    that does not change the feed, or the program cannot be judged
 
 Computing time and memory are limited, and LinuxCNC comes first.
 """
@@ -21,7 +22,7 @@ from chipwise.setup.measure import measure
 
 NICE = 10
 CPU_S = 60
-MEMORY_MB = 1000            # of this process, and of the one that reads
+MEMORY_MB = 1000  # of this process, and of the one that reads
 MOST_MOVES = 5_000_000
 
 
@@ -32,7 +33,9 @@ def answer(order, folder):
     machine = machine_in_force(order["ini"], order["scene"], folder)
     if not machine.has_y:
         return {}
-    measured = measure(order["program"], machine, {}, cpu_s=CPU_S, limits={"most_moves": MOST_MOVES, "memory_mb": MEMORY_MB})
+    measured = measure(
+        order["program"], machine, {}, cpu_s=CPU_S, limits={"most_moves": MOST_MOVES, "memory_mb": MEMORY_MB}
+    )
     if measured.result.error or measured.has_own_rate:
         return {}
     return {"time": measured.time_s, "time_with": measured.time_set_up_s(load_settings(order["ini"])["SETUP_AIR"])}
@@ -44,7 +47,7 @@ def main():
         try:
             said = answer(order, folder)
         except (CycleError, OSError):
-            said = {}                       # `chipwise setup` says why
+            said = {}  # `chipwise setup` says why
     print(json.dumps(said))
 
 

@@ -2,12 +2,13 @@
 """The coordinate system of a station from taught points.  Pure; mm, machine coordinates.
 
 Principle:
- 1. Point 1 is the origin, point 2 lies on +X, point 3 in the XY plane on the +Y side.  All further points lie in the XY plane.
- 2. The plane is the least-squares plane of all points: with three it passes through them.  The origin is point 1 and X the direction to
-    point 2, both projected on it.
+ 1. Point 1 is the origin, point 2 lies on +X, point 3 in the XY plane on the +Y side.  All further points lie in the XY
+    plane.
+ 2. The plane is the least-squares plane of all points: with three it passes through them.  The origin is point 1 and X
+    the direction to point 2, both projected on it.
  3. The residual of a point is its distance from the plane: with three points it is 0 and says nothing.
- 4. If each point may be off by e in any direction, a place p of the station is off by at most e times the sum over the points of the
-    norms of dp / dpoint, to the first order.
+ 4. If each point may be off by e in any direction, a place p of the station is off by at most e times the sum over the
+    points of the norms of dp / dpoint, to the first order.
 """
 
 import math
@@ -18,18 +19,19 @@ import numpy as np
 from chipwise.errors import CycleError
 from chipwise.stations import ON_X, ON_Y, ORIGIN
 
-MIN_SPAN = 1.0              # mm between two of the first three points; nearer ones are a mistake of the operator
-MIN_ANGLE = 5.0             # degrees between the directions to points 2 and 3
-MAX_COORDINATE = 1e6        # mm
-SECOND_ORDER = 1.01         # factor on principle 4 for what the first order leaves out
-STEP = 1e-4                 # of the least distance of two points, for the derivatives
+MIN_SPAN = 1.0  # mm between two of the first three points; nearer ones are a mistake of the operator
+MIN_ANGLE = 5.0  # degrees between the directions to points 2 and 3
+MAX_COORDINATE = 1e6  # mm
+SECOND_ORDER = 1.01  # factor on principle 4 for what the first order leaves out
+STEP = 1e-4  # of the least distance of two points, for the derivatives
 
 
 @dataclass(frozen=True)
 class Frame:
     """A station's coordinate system in machine coordinates.
 
-    matrix: 3 x 3 rows, its columns are the station's X, Y and Z; origin: (x, y, z) mm; points: {number: (x, y, z)} it is made from.
+    matrix: 3 x 3 rows, its columns are the station's X, Y and Z; origin: (x, y, z) mm; points: {number: (x, y, z)} it
+    is made from.
     """
 
     matrix: tuple
@@ -53,10 +55,16 @@ class Frame:
         return tuple((np.array(self.matrix).T @ (np.array(place, float) - np.array(self.origin))).tolist())
 
     def predicted_error(self, place, error: float) -> float:
-        """How far (mm) a place (x, y, z) of the station may be off if each point may be off by `error` mm (principle 4)."""
+        """How far (mm) a place (x, y, z) of the station may be off if each point may be off by `error` mm (principle
+        4)."""
         numbers = [number for number, _ in self.points]
         points = np.array([point for _, point in self.points], float)
-        step = STEP * min(np.linalg.norm(points[a] - points[b]) for a in range(len(points)) for b in range(a) if (points[a] != points[b]).any())
+        step = STEP * min(
+            np.linalg.norm(points[a] - points[b])
+            for a in range(len(points))
+            for b in range(a)
+            if (points[a] != points[b]).any()
+        )
         total = 0.0
         for k in range(len(points)):
             columns = []
@@ -78,18 +86,29 @@ def frame_of(points: dict) -> Frame:
         check_point(number, point)
     missing = [number for number in (ORIGIN, ON_X, ON_Y) if number not in points]
     if missing:
-        raise CycleError("point " + ", ".join(map(str, missing)) + (" is" if len(missing) == 1 else " are") + " not taught",
-                         f"teach it with M255 Q{missing[0]}")
+        raise CycleError(
+            "point " + ", ".join(map(str, missing)) + (" is" if len(missing) == 1 else " are") + " not taught",
+            f"teach it with M255 Q{missing[0]}",
+        )
     for a, b in ((ORIGIN, ON_X), (ORIGIN, ON_Y), (ON_X, ON_Y)):
         distance = math.dist(points[a], points[b])
         if distance < MIN_SPAN:
-            raise CycleError(f"point {b} is {{distance}} from point {a}, less than {{least}}", f"teach point {b} farther away",
-                             distance=distance, least=MIN_SPAN)
+            raise CycleError(
+                f"point {b} is {{distance}} from point {a}, less than {{least}}",
+                f"teach point {b} farther away",
+                distance=distance,
+                least=MIN_SPAN,
+            )
     first, second, third = (np.array(points[number], float) for number in (ORIGIN, ON_X, ON_Y))
-    angle = math.degrees(math.atan2(np.linalg.norm(np.cross(second - first, third - first)), (second - first) @ (third - first)))
+    angle = math.degrees(
+        math.atan2(np.linalg.norm(np.cross(second - first, third - first)), (second - first) @ (third - first))
+    )
     if min(angle, 180.0 - angle) < MIN_ANGLE:
-        raise CycleError(f"point 3 is {min(angle, 180.0 - angle):.1f} degrees from the line through points 1 and 2, less than {MIN_ANGLE:g}",
-                         "teach point 3 farther to the side")
+        raise CycleError(
+            f"point 3 is {min(angle, 180.0 - angle):.1f} degrees from the line through points 1 and 2, less than "
+            f"{MIN_ANGLE:g}",
+            "teach point 3 farther to the side",
+        )
     ordered = tuple(sorted((number, tuple(map(float, point))) for number, point in points.items()))
     matrix, origin = _axes([number for number, _ in ordered], np.array([point for _, point in ordered]))
     normal = np.cross(second - first, third - first)
@@ -97,8 +116,11 @@ def frame_of(points: dict) -> Frame:
     if matrix[:, 2] @ normal < math.cos(math.radians(MIN_ANGLE)):
         heights = {number: float(abs((np.array(point) - first) @ normal)) for number, point in ordered}
         worst = max(heights, key=lambda number: heights[number])
-        raise CycleError(f"point {worst} is {{height}} above or below the plane of points 1, 2 and 3", "teach the points anew",
-                         height=heights[worst])
+        raise CycleError(
+            f"point {worst} is {{height}} above or below the plane of points 1, 2 and 3",
+            "teach the points anew",
+            height=heights[worst],
+        )
     return Frame(tuple(map(tuple, matrix.tolist())), tuple(origin.tolist()), ordered)
 
 

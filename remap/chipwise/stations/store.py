@@ -15,18 +15,21 @@ from chipwise.host import toml_file
 from chipwise.errors import CycleError, braceless
 from chipwise.host.toml_file import REMEDY
 
-MAX_COORDINATE = 1e6        # mm
+MAX_COORDINATE = 1e6  # mm
 MAX_STATION, MAX_POINT = 999, 99
-DECIMALS = 9                    # of a mm
+DECIMALS = 9  # of a mm
 _HEAD = "# Stations of chipwise (M255): points in mm, machine coordinates of the tool's tip.\n"
 
 
 def load(path: str) -> dict:
-    """{station: {point: (x, y, z)}} of a file, {} without one.  Raises CycleError that names station, point and rule."""
+    """{station: {point: (x, y, z)}} of a file, {} without one.  Raises CycleError that names station, point and
+    rule."""
     tables = toml_file.document(path).get("station", {})
     if not isinstance(tables, dict):
         _fail(path, None, "station is not a table", REMEDY)
-    return {_number(path, None, name, MAX_STATION, "station"): _points(path, name, table) for name, table in tables.items()}
+    return {
+        _number(path, None, name, MAX_STATION, "station"): _points(path, name, table) for name, table in tables.items()
+    }
 
 
 def _points(path, station, table):
@@ -38,10 +41,14 @@ def _points(path, station, table):
         if not name.isdigit():
             continue
         number = _number(path, station, name, MAX_POINT, "point")
-        good = isinstance(value, list) and len(value) == 3 and all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in value)
+        good = (
+            isinstance(value, list)
+            and len(value) == 3
+            and all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in value)
+        )
         if not good:
             _fail(path, station, f"point {number} is not three numbers", REMEDY)
-        if not all(abs(v) <= MAX_COORDINATE for v in value):            # NaN is not, either
+        if not all(abs(v) <= MAX_COORDINATE for v in value):  # NaN is not, either
             _fail(path, station, f"point {number} is not a position", REMEDY)
         points[number] = tuple(map(float, value))
     return points
@@ -78,5 +85,5 @@ def remove(path: str, station: int) -> None:
 
 def _changing(path):
     """The file as a document: toml_file.changing."""
-    load(path)                  # a file that is wrong stays as it is
+    load(path)  # a file that is wrong stays as it is
     return toml_file.changing(path, _HEAD, "STATIONS", "stations")

@@ -5,16 +5,21 @@ Called by monitor/live_stock.py (writes) and monitor/stock_files.py (reads).  Pu
 
 A file holds, in this order
     16 bytes    "chipwise kept 1\\n"
-    records     4 bytes length of the payload, little endian; 16 bytes BLAKE2b over the sum of the record before and the payload; payload
+    records     4 bytes length of the payload, little endian; 16 bytes BLAKE2b over the sum of the record before and the
+                payload; payload
 and a payload
     H + JSON    first: version, number of this file, head of the stock (store.Head)
-    C + JSON    cells: where and when (Note), then zlib of u32 indices and u64 cells; or "first": zlib of u64 cells from an index on
+    C + JSON    cells: where and when (Note), then zlib of u32 indices and u64 cells; or "first": zlib of u64 cells from
+                an index on
     B           all cells have been there once: the file is complete
- 1. A new file is written under another name and takes its place when it is complete (create, Writer.publish): a cut leaves the old one.
- 2. A record that is cut off, zeroed or damaged, and all behind it, do not count: each sum contains the one before, and the first one the number of
-    the file, so that blocks of older files do not fit.
- 3. Within a stock material only goes away.  So a file that lacks its last records has more material than is there, never less.
+ 1. A new file is written under another name and takes its place when it is complete (create, Writer.publish): a cut
+    leaves the old one.
+ 2. A record that is cut off, zeroed or damaged, and all behind it, do not count: each sum contains the one before, and
+    the first one the number of the file, so that blocks of older files do not fit.
+ 3. Within a stock material only goes away.  So a file that lacks its last records has more material than is there,
+    never less.
 """
+
 from __future__ import annotations
 
 import hashlib
@@ -36,21 +41,22 @@ from chipwise.clib.core import CELL_DTYPE
 from chipwise.stock.reasons import BROKEN, DISK, NO_FILE, TOO_LARGE
 
 MARK = b"chipwise kept 1\n"
-SUM = 16                            # bytes
-BAND_CELLS = 1 << 19                # in one record: bounds the memory of reader and writer
-MOST_PAYLOAD = 1 << 24              # bytes; a band of cells that cannot be compressed has 4 MB
-MOST_GROWTH = 1 << 24               # bytes behind the complete stock: then a new file begins
-MOST_FILE = 1 << 33                 # bytes
-NOTE = ".note"                      # behind the name of a stock file
-MOST_NOTE = 1 << 14                 # bytes
+SUM = 16  # bytes
+BAND_CELLS = 1 << 19  # in one record: bounds the memory of reader and writer
+MOST_PAYLOAD = 1 << 24  # bytes; a band of cells that cannot be compressed has 4 MB
+MOST_GROWTH = 1 << 24  # bytes behind the complete stock: then a new file begins
+MOST_FILE = 1 << 33  # bytes
+NOTE = ".note"  # behind the name of a stock file
+MOST_NOTE = 1 << 14  # bytes
 
 
 @dataclass(frozen=True)
 class Note:
     """What the machine did when cells were saved."""
-    time: float = 0.0               # s since 1970
-    removed: float = 0.0            # mm3 cut of the stock
-    tip: tuple = ()                 # mm, machine coordinates: the tool's tip; () where it is not known
+
+    time: float = 0.0  # s since 1970
+    removed: float = 0.0  # mm3 cut of the stock
+    tip: tuple = ()  # mm, machine coordinates: the tool's tip; () where it is not known
     line: int = 0
     program: str = ""
 
@@ -100,7 +106,7 @@ class Writer:
         os.makedirs(os.path.dirname(os.path.abspath(path)), exist_ok=True)
         self._file = os.open(self._fresh, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o644)
         self._sum, self.size, self._complete = bytes(SUM), 0, 0
-        self._band: tuple[np.ndarray, bytes] | None = None           # cells of the last band and what they are compressed
+        self._band: tuple[np.ndarray, bytes] | None = None  # cells of the last band and what they are compressed
         try:
             self._write(MARK)
             self._record(b"H" + json.dumps({"version": 1, "number": uuid.uuid4().hex, "head": asdict(head)}).encode())
@@ -113,7 +119,7 @@ class Writer:
         view = memoryview(data)
         try:
             while view:
-                view = view[os.write(self._file, view):]
+                view = view[os.write(self._file, view) :]
         except OSError:
             os.ftruncate(self._file, self.size)
             os.lseek(self._file, self.size, os.SEEK_SET)
@@ -126,14 +132,15 @@ class Writer:
         self._sum = chained
 
     def band(self, first: int, cells: np.ndarray, note: Note) -> None:
-        """Cells from an index on, uint64, of a file that is not complete; they may not change before publish().  Equal bands are compressed once: those of a new
-        stock are, row by row."""
+        """Cells from an index on, uint64, of a file that is not complete; they may not change before publish().  Equal
+        bands are compressed once: those of a new stock are, row by row."""
         if self._band is None or not np.array_equal(self._band[0], cells):
             self._band = cells, zlib.compress(np.ascontiguousarray(cells).data, 1)
         self._record(b"C" + json.dumps({**asdict(note), "first": first}).encode() + b"\n" + self._band[1])
 
     def changes(self, indices: np.ndarray, cells: np.ndarray, note: Note) -> None:
-        """At most BAND_CELLS cells: where, and the uint64 they are now; of one that is there more than once the last counts."""
+        """At most BAND_CELLS cells: where, and the uint64 they are now; of one that is there more than once the last
+        counts."""
         data = indices.astype("<u4").tobytes() + cells.astype("<u8").tobytes()
         self._record(b"C" + json.dumps(asdict(note)).encode() + b"\n" + zlib.compress(data, 1))
 
@@ -198,7 +205,9 @@ def _apply(cells: np.ndarray, payload: bytes) -> dict:
     text, _newline, data = payload[1:].partition(b"\n")
     note = json.loads(text)
     first = note.pop("first", None)
-    found = _unpacked(data, BAND_CELLS * 12 + 1)         # also of a small map: a cell that was cut while it was read is there more than once
+    found = _unpacked(
+        data, BAND_CELLS * 12 + 1
+    )  # also of a small map: a cell that was cut while it was read is there more than once
     if first is None:
         count = len(found) // 12
         if len(found) != 12 * count:
@@ -208,13 +217,23 @@ def _apply(cells: np.ndarray, payload: bytes) -> dict:
         part = np.frombuffer(found, "<u8")
         if type(first) is not int or not 0 <= first <= cells.size - part.size:
             raise ValueError("no such cells")
-        cells[first:first + part.size] = part
+        cells[first : first + part.size] = part
     return note
 
 
 def _note(fields: dict) -> Note:
-    note = Note(float(fields["time"]), float(fields["removed"]), tuple(map(float, fields["tip"])), int(fields["line"]), str(fields["program"]))
-    if not all(math.isfinite(number) for number in (note.time, note.removed, *note.tip)) or note.removed < 0 or len(note.tip) not in (0, 3):
+    note = Note(
+        float(fields["time"]),
+        float(fields["removed"]),
+        tuple(map(float, fields["tip"])),
+        int(fields["line"]),
+        str(fields["program"]),
+    )
+    if (
+        not all(math.isfinite(number) for number in (note.time, note.removed, *note.tip))
+        or note.removed < 0
+        or len(note.tip) not in (0, 3)
+    ):
         raise ValueError("no note")
     return note
 
@@ -239,7 +258,8 @@ def _replay(file: BinaryIO, most_cells: int) -> tuple[store.Head, np.ndarray, No
 
 
 def read(path: str, most_cells: int = layout.MAX_CELLS) -> tuple[store.Head, np.ndarray, Note]:
-    """-> (head, cells, the last note) of a file as far as it is whole, for a map with room for so many cells.  Raises StoreError."""
+    """-> (head, cells, the last note) of a file as far as it is whole, for a map with room for so many cells.  Raises
+    StoreError."""
     try:
         with open_regular(path, MOST_FILE) as file:
             head, cells, note = _replay(file, most_cells)

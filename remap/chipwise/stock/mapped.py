@@ -6,8 +6,8 @@ import os
 
 from chipwise.host.processes import is_ours, shared_memory
 
-SHM_RDONLY = 0o10000                # of shmat: sys/shm.h
-IPC_RMID = 0                        # of shmctl: sys/ipc.h
+SHM_RDONLY = 0o10000  # of shmat: sys/shm.h
+IPC_RMID = 0  # of shmctl: sys/ipc.h
 
 
 class SharedStockError(Exception):
@@ -24,14 +24,16 @@ def _size_of_ours(number):
         if row["shmid"] == number:
             if is_ours(row):
                 return row["size"]
-            raise SharedStockError(f"chipwise: stock map: the memory belongs to user {row['uid']} and was made by user "
-                                   f"{row['cuid']} with the rights {row['perms'] & 0o777:o}; start LinuxCNC again")
+            raise SharedStockError(
+                f"chipwise: stock map: the memory belongs to user {row['uid']} and was made by user "
+                f"{row['cuid']} with the rights {row['perms'] & 0o777:o}; start LinuxCNC again"
+            )
     raise SharedStockError("chipwise: stock map: its memory has gone; start LinuxCNC again")
 
 
 class Mapped:
-    """The memory under a key, mapped without hal.shm: 2.10 gives a warning at each use of it, and its getbuffer() of 2.9 leaves the shape of
-    the buffer unset (halmodule.cc, shm_buffer_getbuffer)."""
+    """The memory under a key, mapped without hal.shm: 2.10 gives a warning at each use of it, and its getbuffer() of
+    2.9 leaves the shape of the buffer unset (halmodule.cc, shm_buffer_getbuffer)."""
 
     def __init__(self, key, read_only, least):
         """least: bytes that it has at least."""
@@ -44,13 +46,16 @@ class Mapped:
         self._address = self._libc.shmat(number, None, SHM_RDONLY if read_only else 0) if number >= 0 else None
         if self._address in (None, C.c_void_p(-1).value):
             self._address = None
-            raise SharedStockError(f"chipwise: stock map: there is no memory under the key {key:#x} "
-                                   f"({os.strerror(C.get_errno())}); start a LinuxCNC with chipwise.hal")
+            raise SharedStockError(
+                f"chipwise: stock map: there is no memory under the key {key:#x} "
+                f"({os.strerror(C.get_errno())}); start a LinuxCNC with chipwise.hal"
+            )
         self.memory = memoryview((C.c_char * size).from_address(self._address)).cast("B")
 
     def close(self):
-        """A writer that is the last to let the memory go removes it, as rtapi_shmem_delete() does: rtapi_app leaves a map that is in use
-        then, and a later LinuxCNC with another size could not have it.  The second close() does nothing."""
+        """A writer that is the last to let the memory go removes it, as rtapi_shmem_delete() does: rtapi_app leaves a
+        map that is in use then, and a later LinuxCNC with another size could not have it.  The second close() does
+        nothing."""
         if self._address is None:
             return
         self.memory = None

@@ -8,16 +8,17 @@ copy made between two equal even generations is one state of the map (a sequence
 large to be copied between two periods in which the tool cuts is read in bands of rows, each of which is
 one state; the bands are then some periods apart.
 
-live() is for a picture that follows the map: the cells themselves, of no one moment.  Such a reader attaches read-only, so that
-it cannot write into the map, whatever goes wrong in it.
+live() is for a picture that follows the map: the cells themselves, of no one moment.  Such a reader attaches read-only,
+so that it cannot write into the map, whatever goes wrong in it.
 
 put() writes a whole stock, for which the tracker must have let the map go (stock-tracker.N.held).
 
-Everything in the memory is checked before it is used: the block must be our own, for nobody else to write, and as large as its
-head says; its size, bounds of the cell and capacity are kept here from then on, and every head is compared with them before an index is made
-of it.
+Everything in the memory is checked before it is used: the block must be our own, for nobody else to write, and as large
+as its head says; its size, bounds of the cell and capacity are kept here from then on, and every head is compared with
+them before an index is made of it.
 All lengths mm, machine coordinates.
 """
+
 from __future__ import annotations
 
 import ctypes as C
@@ -35,29 +36,31 @@ from chipwise.stock import clamp_table
 from chipwise.stock.path_done import PathDone
 from chipwise.stock.store import head_of
 
-_Head = layout.Stock                # struct chip_stock without its cells
-BAND_BYTES = 1 << 18                # copied between two looks at the generation: some 50 us
-TRIES = 6                           # to copy the map as a whole; one where it is large
-LARGE_BYTES = 1 << 20               # takes longer to copy than a period
-MOST_NUMBER = 1e15                  # mm, mm3: of any number in the head
-PART_TRIES = 200                    # to copy a part of some 10,000 cells
-TIMEOUT_S = 2.0                     # then the map is given up
+_Head = layout.Stock  # struct chip_stock without its cells
+BAND_BYTES = 1 << 18  # copied between two looks at the generation: some 50 us
+TRIES = 6  # to copy the map as a whole; one where it is large
+LARGE_BYTES = 1 << 20  # takes longer to copy than a period
+MOST_NUMBER = 1e15  # mm, mm3: of any number in the head
+PART_TRIES = 200  # to copy a part of some 10,000 cells
+TIMEOUT_S = 2.0  # then the map is given up
 
 
 @dataclass(frozen=True)
 class Snapshot:
     """One state of the stock."""
-    low: tuple                      # (x, y, z) of the box's lower corner, mm
-    high: tuple                     # (x, y, z) of its upper corner, mm
-    cell: float                     # mm
-    heights: np.ndarray             # (ny, nx) float, mm, machine Z: mean height of each cell
-    removed: float                  # mm3 since the stock was defined
-    generation: int                 # rises with every change; equal: nothing has changed
-    exact: bool                     # all of one moment; else bands of rows are of moments close by
+
+    low: tuple  # (x, y, z) of the box's lower corner, mm
+    high: tuple  # (x, y, z) of its upper corner, mm
+    cell: float  # mm
+    heights: np.ndarray  # (ny, nx) float, mm, machine Z: mean height of each cell
+    removed: float  # mm3 since the stock was defined
+    generation: int  # rises with every change; equal: nothing has changed
+    exact: bool  # all of one moment; else bands of rows are of moments close by
 
 
 def mean_heights(cells, head):
-    """Mean height of cells (dtype CELL_DTYPE) of the map with this head, mm, its bottom without stock; stock.h, chip_cell_levels has the layout."""
+    """Mean height of cells (dtype CELL_DTYPE) of the map with this head, mm, its bottom without stock; stock.h,
+    chip_cell_levels has the layout."""
     height = cells["top"].astype(float) - cells["cut"].astype(float) / layout.FULL * cells["drop"] * head.drop_unit
     rim = cells["drop"] & layout.RIM != 0
     height[rim] = _rim_heights(cells[rim], head)
@@ -82,17 +85,25 @@ class SharedStock:
         self._memory = memory
         self._held = ()
         if len(memory) < C.sizeof(_Head):
-            raise SharedStockError(f"chipwise: stock map: a block of {len(memory)} bytes is not a map; start LinuxCNC again")
+            raise SharedStockError(
+                f"chipwise: stock map: a block of {len(memory)} bytes is not a map; start LinuxCNC again"
+            )
         self._head = _Head.from_buffer(memory)
         self._room = (len(memory) - C.sizeof(_Head)) // CELL_DTYPE.itemsize
         self._bounds, self._capacity = _bounds(self._head), self._head.capacity
         if (self._head.magic, self._head.version) != (layout.STOCK_MAGIC, layout.STOCK_VERSION):
             raise SharedStockError(
                 f"chipwise: stock map: magic {self._head.magic:#x} version {self._head.version} is not "
-                f"{layout.STOCK_MAGIC:#x} version {layout.STOCK_VERSION}; use the stock_tracker of this chipwise")
-        if not (0 < self._capacity <= self._room and layout.MIN_CELL <= self._bounds[0] <= self._bounds[1] <= layout.MAX_CELL):
-            raise SharedStockError(f"chipwise: stock map: {self._capacity} cells of {self._bounds[1]:g} mm do not fit into its memory of "
-                                   f"{len(memory)} bytes; start LinuxCNC again")
+                f"{layout.STOCK_MAGIC:#x} version {layout.STOCK_VERSION}; use the stock_tracker of this chipwise"
+            )
+        if not (
+            0 < self._capacity <= self._room
+            and layout.MIN_CELL <= self._bounds[0] <= self._bounds[1] <= layout.MAX_CELL
+        ):
+            raise SharedStockError(
+                f"chipwise: stock map: {self._capacity} cells of {self._bounds[1]:g} mm do not fit into its memory of "
+                f"{len(memory)} bytes; start LinuxCNC again"
+            )
 
     def close(self):
         """Lets the memory go; nothing can be read any more."""
@@ -113,10 +124,27 @@ class SharedStock:
         """Whether the head is that of a filled map; SharedStockError where it is not that of a map at all."""
         if head.nx <= 0 or head.filled < head.ny + 2:
             return False
-        numbers = (head.x0, head.y0, head.z_min, head.x_max, head.y_max, head.z_max, head.drop_unit, head.removed, head.turn)
-        if (head.ny <= 0 or (head.nx + 2) * (head.ny + 2) > self._capacity or _bounds(head) != self._bounds
-                or not layout.MIN_CELL <= head.cell <= layout.MAX_CELL or not all(abs(number) < MOST_NUMBER for number in numbers)):
-            raise SharedStockError("chipwise: stock map: another program has written into its memory; define the stock again with M250")
+        numbers = (
+            head.x0,
+            head.y0,
+            head.z_min,
+            head.x_max,
+            head.y_max,
+            head.z_max,
+            head.drop_unit,
+            head.removed,
+            head.turn,
+        )
+        if (
+            head.ny <= 0
+            or (head.nx + 2) * (head.ny + 2) > self._capacity
+            or _bounds(head) != self._bounds
+            or not layout.MIN_CELL <= head.cell <= layout.MAX_CELL
+            or not all(abs(number) < MOST_NUMBER for number in numbers)
+        ):
+            raise SharedStockError(
+                "chipwise: stock map: another program has written into its memory; define the stock again with M250"
+            )
         return True
 
     @property
@@ -139,8 +167,10 @@ class SharedStock:
             cells = self._whole(head) if exact else self._in_bands(head, end)
             if cells is not None:
                 return _snapshot(head, cells, exact)
-        raise SharedStockError(f"chipwise: stock map: it changed faster than it could be read for "
-                               f"{timeout_s:g} s; read it while the tool stands")
+        raise SharedStockError(
+            f"chipwise: stock map: it changed faster than it could be read for "
+            f"{timeout_s:g} s; read it while the tool stands"
+        )
 
     @property
     def capacity(self):
@@ -164,12 +194,15 @@ class SharedStock:
             cells = self._whole(head)
             if cells is not None:
                 return head_of(head, head.removed), cells
-        raise SharedStockError(f"chipwise: stock map: it changed faster than it could be read for "
-                               f"{timeout_s:g} s; save it while the tool stands")
+        raise SharedStockError(
+            f"chipwise: stock map: it changed faster than it could be read for "
+            f"{timeout_s:g} s; save it while the tool stands"
+        )
 
     def live(self):
-        """(struct chip_stock without its cells, (ny, nx) uint64 view of the cells themselves), or None where no stock is defined.  The tracker goes on
-        writing: a cell is of one moment, two cells are not.  The view ends with close()."""
+        """(struct chip_stock without its cells, (ny, nx) uint64 view of the cells themselves), or None where no stock
+        is defined.  The tracker goes on writing: a cell is of one moment, two cells are not.  The view ends with
+        close()."""
         head = self._unmoved(lambda: _Head.from_buffer_copy(self._memory))
         if head is None or not self._has_stock(head):
             return None
@@ -183,7 +216,7 @@ class SharedStock:
         if found and (found.count > self._capacity or cells.size != found.count):
             raise SharedStockError("chipwise: stock map: a stock that does not fit was to be written")
         head.generation += 1
-        head.nx = 0                                     # no stock until everything is there
+        head.nx = 0  # no stock until everything is there
         if found:
             start, raw = C.sizeof(_Head), cells.view(np.uint8).reshape(-1)
             np.frombuffer(self._memory, np.uint8, raw.size, start)[:] = raw
@@ -207,13 +240,17 @@ class SharedStock:
         return self._head.removed
 
     def moment(self):
-        """(struct chip_stock without its cells, store.Head, (rows, columns) uint64 view of the cells, ring included) or None without a stock: the view is
-        of no one moment, see part()."""
+        """(struct chip_stock without its cells, store.Head, (rows, columns) uint64 view of the cells, ring included) or
+        None without a stock: the view is of no one moment, see part()."""
         head = self._unmoved(lambda: _Head.from_buffer_copy(self._memory))
         if head is None or not self._has_stock(head):
             return None
         width = head.nx + 2
-        return head, head_of(head, head.removed), np.frombuffer(self._memory, np.uint64, (head.ny + 2) * width, C.sizeof(_Head)).reshape(-1, width)
+        return (
+            head,
+            head_of(head, head.removed),
+            np.frombuffer(self._memory, np.uint64, (head.ny + 2) * width, C.sizeof(_Head)).reshape(-1, width),
+        )
 
     def path_done(self):
         """The PathDone behind the cells, None where the memory has none; it ends with close()."""
@@ -230,8 +267,8 @@ class SharedStock:
         return clamp_table.ClampTable(self._memory, start) if len(self._memory) >= start + clamp_table.SIZE else None
 
     def clamps_in_force(self, before):
-        """clamp_table.rows() of the ClampTable, or `before` while it is being written; [] where the memory has none.  Nothing is written, so the memory may
-        be read-only."""
+        """clamp_table.rows() of the ClampTable, or `before` while it is being written; [] where the memory has none.
+        Nothing is written, so the memory may be read-only."""
         start = self._end_of_cells() + C.sizeof(layout.PathDone)
         if len(self._memory) < start + clamp_table.SIZE:
             return []
@@ -292,14 +329,14 @@ def _box(head):
 
 def _snapshot(head, cells, exact):
     low, high = _box(head)
-    return Snapshot(low, high, head.cell, mean_heights(cells[1:-1, 1:-1], head),
-                    head.removed, head.generation, exact)
+    return Snapshot(low, high, head.cell, mean_heights(cells[1:-1, 1:-1], head), head.removed, head.generation, exact)
 
 
 def attach(tracker=0, component=None, read_only=False):
     """The SharedStock of stock-tracker.<tracker> of the LinuxCNC that runs here; component: the caller's
     HAL component, if it has one; read_only: writing into the map ends this process."""
-    import hal                      # only where LinuxCNC is
+    import hal  # only where LinuxCNC is
+
     own = component is None
     if own:
         component = hal.component(f"chipwise-map-{os.getpid()}-{tracker}")
@@ -308,8 +345,9 @@ def attach(tracker=0, component=None, read_only=False):
     except RuntimeError as error:
         if own:
             component.exit()
-        raise SharedStockError(f"chipwise: stock map: there is no stock-tracker.{tracker}; start a LinuxCNC "
-                               "with chipwise.hal") from error
+        raise SharedStockError(
+            f"chipwise: stock map: there is no stock-tracker.{tracker}; start a LinuxCNC with chipwise.hal"
+        ) from error
     try:
         stock = of_key(key, read_only)
     except SharedStockError:
@@ -321,13 +359,16 @@ def attach(tracker=0, component=None, read_only=False):
 
 
 def of_key(key=layout.STOCK_MAGIC, read_only=True):
-    """The SharedStock under a key (that of stock-tracker.0 without one), for a process that has nothing to do with HAL."""
+    """The SharedStock under a key (that of stock-tracker.0 without one), for a process that has nothing to do with
+    HAL."""
     mapped = Mapped(key, read_only, C.sizeof(_Head))
     stock = SharedStock(mapped.memory)
     stock._held = (mapped,)
     size = len(mapped.memory)
     if size != stock._end_of_cells() + C.sizeof(layout.PathDone) + clamp_table.SIZE:
         stock.close()
-        raise SharedStockError(f"chipwise: stock map: its head is not {C.sizeof(_Head)} bytes long ({stock.capacity} cells in "
-                               f"{size} bytes); use the stock_tracker of this chipwise")
+        raise SharedStockError(
+            f"chipwise: stock map: its head is not {C.sizeof(_Head)} bytes long ({stock.capacity} cells in "
+            f"{size} bytes); use the stock_tracker of this chipwise"
+        )
     return stock

@@ -7,12 +7,14 @@ LinuxCNC; the map is any buffer that starts with struct chip_stock (components/c
 A file holds, in this order
     16 bytes    "chipwise stock\\r\\n" (a transfer as text breaks it)
     4 bytes     length of the head, little endian
-    head        JSON: version of the format, chipwise that wrote it (not in older files), cell and box (mm, machine coordinates), shape, rows and columns, mm3 removed
+    head        JSON: version of the format, chipwise that wrote it (not in older files), cell and box (mm, machine
+                coordinates), shape, rows and columns, mm3 removed
     cells       as in the map, ring included, zlib
     32 bytes    SHA-256 of everything before
 write() makes a new file beside the old one and then takes its place: a write that is cut off leaves the old one.
 read() trusts nothing: length, checksum, version, numbers and every cell are looked at before anything is given back.
 """
+
 from __future__ import annotations
 
 import glob
@@ -38,14 +40,15 @@ from chipwise.stock.reasons import BROKEN, DISK, NO_FILE, OTHER_VERSION, TOO_LAR
 
 MARK, VERSION = b"chipwise stock\r\n", 2
 DIGEST = 32
-MOST_HEAD = 4096                    # bytes
-MOST_WRITER = 32                    # characters of the version of chipwise that wrote a file
-MOST_NUMBER = 1 << 53               # of any whole number in a head
+MOST_HEAD = 4096  # bytes
+MOST_WRITER = 32  # characters of the version of chipwise that wrote a file
+MOST_NUMBER = 1 << 53  # of any whole number in a head
 ENDING = ".stock"
 UNFINISHED = ".new"
-REMAINS_S = 300.0                   # an unfinished file this old has no writer any more
-KEPT = "kept" + ENDING              # [CHIPWISE]KEEP_STOCK
-OPEN = "kept.open"                  # beside it while a run with a stock has not ended in order
+REMAINS_S = 300.0  # an unfinished file this old has no writer any more
+KEPT = "kept" + ENDING  # [CHIPWISE]KEEP_STOCK
+OPEN = "kept.open"  # beside it while a run with a stock has not ended in order
+
 
 class StoreError(Exception):
     """A file that cannot be used; `reply` is the number of the reason, the text has the details."""
@@ -57,8 +60,17 @@ class StoreError(Exception):
 
 def head_of(head: layout.Stock, removed: float) -> Head:
     """The Head of struct chip_stock; removed: mm3 that are cut of it."""
-    return Head(head.cell, (head.x0, head.y0, head.z_min), (head.x_max, head.y_max, head.z_max), head.shape, head.nx, head.ny, removed,
-                (head.half_x, head.half_y), head.turn)
+    return Head(
+        head.cell,
+        (head.x0, head.y0, head.z_min),
+        (head.x_max, head.y_max, head.z_max),
+        head.shape,
+        head.nx,
+        head.ny,
+        removed,
+        (head.half_x, head.half_y),
+        head.turn,
+    )
 
 
 def slot_name(slot: int) -> str:
@@ -69,6 +81,7 @@ def slot_name(slot: int) -> str:
 @dataclass(frozen=True)
 class Head:
     """What describes the cells; mm, machine coordinates, mm3."""
+
     cell: float
     low: tuple
     high: tuple
@@ -76,8 +89,8 @@ class Head:
     nx: int
     ny: int
     removed: float
-    half: tuple = (0.0, 0.0)        # half the sides of the stock box
-    turn: float = 0.0               # rad it is turned by; low..high is the upright box around it
+    half: tuple = (0.0, 0.0)  # half the sides of the stock box
+    turn: float = 0.0  # rad it is turned by; low..high is the upright box around it
 
     @property
     def count(self) -> int:
@@ -89,14 +102,22 @@ def check_head(head: Head) -> None:
     """Raise StoreError where the numbers cannot be those of a map."""
     numbers = [head.cell, head.removed, *head.low, *head.high, *head.half, head.turn]
     try:
-        good = (len(head.low) == len(head.high) == 3 and all(math.isfinite(v) and abs(v) <= layout.MAX_COORDINATE for v in numbers[2:])
-                and math.isfinite(head.removed) and head.removed >= 0 and layout.MIN_CELL <= head.cell <= layout.MAX_CELL
-                and head.shape in list(layout.StockShape) and all(b - a >= layout.MIN_SIZE for a, b in zip(head.low, head.high))
-                and len(head.half) == 2 and _box_fits(head)
-                and type(head.nx) is int and type(head.ny) is int
-                and (head.nx, head.ny) == tuple(math.ceil((b - a) / head.cell - 1e-9)
-                                                for a, b in zip(head.low[:2], head.high[:2]))
-                and 0 < head.count <= layout.MAX_CELLS)
+        good = (
+            len(head.low) == len(head.high) == 3
+            and all(math.isfinite(v) and abs(v) <= layout.MAX_COORDINATE for v in numbers[2:])
+            and math.isfinite(head.removed)
+            and head.removed >= 0
+            and layout.MIN_CELL <= head.cell <= layout.MAX_CELL
+            and head.shape in list(layout.StockShape)
+            and all(b - a >= layout.MIN_SIZE for a, b in zip(head.low, head.high))
+            and len(head.half) == 2
+            and _box_fits(head)
+            and type(head.nx) is int
+            and type(head.ny) is int
+            and (head.nx, head.ny)
+            == tuple(math.ceil((b - a) / head.cell - 1e-9) for a, b in zip(head.low[:2], head.high[:2]))
+            and 0 < head.count <= layout.MAX_CELLS
+        )
     except (TypeError, ValueError, OverflowError):
         good = False
     if not good:
@@ -148,16 +169,16 @@ def unpack(data: bytes, most_cells: int = layout.MAX_CELLS) -> tuple[Head, np.nd
         raise StoreError(BROKEN, f"it does not begin as a stock file ({len(data)} bytes)")
     if hashlib.sha256(data[:-DIGEST]).digest() != data[-DIGEST:]:
         raise StoreError(BROKEN, f"its checksum is wrong ({len(data)} bytes)")
-    length, = struct.unpack_from("<I", data, len(MARK))
+    (length,) = struct.unpack_from("<I", data, len(MARK))
     if length > min(MOST_HEAD, len(data) - start - DIGEST):
         raise StoreError(BROKEN, f"its head of {length} bytes is too long")
-    head = _read_head(data[start:start + length])
+    head = _read_head(data[start : start + length])
     if head.count > most_cells:
         raise StoreError(TOO_LARGE, f"it has {head.count} cells, the map {most_cells}")
     size = head.count * CELL_DTYPE.itemsize
     unzip = zlib.decompressobj()
     try:
-        raw = unzip.decompress(data[start + length:-DIGEST], size + 1)      # never more than it says
+        raw = unzip.decompress(data[start + length : -DIGEST], size + 1)  # never more than it says
     except zlib.error as error:
         raise StoreError(BROKEN, f"its cells cannot be unpacked: {error}") from error
     if len(raw) != size or not unzip.eof or unzip.unused_data:
@@ -172,12 +193,22 @@ def _no_constant(name: str) -> NoReturn:
 
 
 _NUMBER, _WHOLE = "number", "whole number"
-_KINDS = {"cell": _NUMBER, "removed": _NUMBER, "turn": _NUMBER, "low": 3, "high": 3, "half": 2,         # so many numbers
-          "shape": _WHOLE, "nx": _WHOLE, "ny": _WHOLE}
+_KINDS = {
+    "cell": _NUMBER,
+    "removed": _NUMBER,
+    "turn": _NUMBER,
+    "low": 3,
+    "high": 3,
+    "half": 2,  # so many numbers
+    "shape": _WHOLE,
+    "nx": _WHOLE,
+    "ny": _WHOLE,
+}
 
 
 def _has_type(value: Any, kind: Any) -> bool:
-    """Whether a value of the head is of its kind, and a float can hold it; True is not a number, 1.0 is not a whole one."""
+    """Whether a value of the head is of its kind, and a float can hold it; True is not a number, 1.0 is not a whole
+    one."""
     if isinstance(kind, int):
         return type(value) is list and len(value) == kind and all(_has_type(part, _NUMBER) for part in value)
     if type(value) is int:
@@ -199,8 +230,11 @@ def _read_head(text: bytes) -> Head:
         raise StoreError(BROKEN, "its head is not that of a stock")
     version, writer = fields.pop("version"), fields.pop("chipwise", "")
     if type(version) is not int or version != VERSION:
-        raise StoreError(OTHER_VERSION, f"it has version {str(version)[:20]} (chipwise {_name(writer) or 'unknown'}), "
-                                        f"this chipwise reads {VERSION}")
+        raise StoreError(
+            OTHER_VERSION,
+            f"it has version {str(version)[:20]} (chipwise {_name(writer) or 'unknown'}), "
+            f"this chipwise reads {VERSION}",
+        )
     if type(writer) is not str or _name(writer) != writer:
         raise StoreError(BROKEN, "its head names no chipwise that can have written it")
     return checked_head(fields)
@@ -212,8 +246,17 @@ def checked_head(fields: Any) -> Head:
         raise StoreError(BROKEN, "its head lacks or has fields it should not")
     if not all(_has_type(fields[name], kind) for name, kind in _KINDS.items()):
         raise StoreError(BROKEN, "its head has a field of another type than it should")
-    head = Head(float(fields["cell"]), tuple(map(float, fields["low"])), tuple(map(float, fields["high"])), fields["shape"],
-                fields["nx"], fields["ny"], float(fields["removed"]), tuple(map(float, fields["half"])), float(fields["turn"]))
+    head = Head(
+        float(fields["cell"]),
+        tuple(map(float, fields["low"])),
+        tuple(map(float, fields["high"])),
+        fields["shape"],
+        fields["nx"],
+        fields["ny"],
+        float(fields["removed"]),
+        tuple(map(float, fields["half"])),
+        float(fields["turn"]),
+    )
     check_head(head)
     return head
 
@@ -226,7 +269,7 @@ def _remove_remains(path: str) -> None:
             if stat.S_ISREG(found.st_mode) and time.time() - found.st_mtime > REMAINS_S:
                 os.unlink(name)
         except OSError:
-            pass                        # a file that cannot be removed does no harm
+            pass  # a file that cannot be removed does no harm
 
 
 def write(path: str, head: Head, cells: np.ndarray) -> None:

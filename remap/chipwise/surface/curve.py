@@ -13,14 +13,14 @@ import numpy as np
 from chipwise.moves import Line, PlaneArc
 from chipwise.clib import layout
 
-LEAST_ARC = 0.1             # mm: what is left of an arc by a shorter chord becomes lines
-AXIS_EXACT = 1e-9           # of a unit vector along an axis
+LEAST_ARC = 0.1  # mm: what is left of an arc by a shorter chord becomes lines
+AXIS_EXACT = 1e-9  # of a unit vector along an axis
 
 
 @dataclass(frozen=True)
 class Curve:
-    """points (k, 3); centre (k, 3): of the arc that leads to each point, NaN where a line does.  An arc is several points, less than `sag` of
-    raster.py from it by their chords."""
+    """points (k, 3); centre (k, 3): of the arc that leads to each point, NaN where a line does.  An arc is several
+    points, less than `sag` of raster.py from it by their chords."""
 
     points: np.ndarray
     centre: np.ndarray
@@ -51,14 +51,15 @@ def divided(s, z, arc, sag, outside=False):
 
     s, z     (k,) of one or more chains, one after the other
     arc      (k - 1, 3): centre and radius of each edge as chip_chain_fit has them
-    outside  of arcs whose centre is above, the points where tangents meet instead of those between the ends: they are below the arc
+    outside  of arcs whose centre is above, the points where tangents meet instead of those between the ends: they are
+             below the arc
     -> (edge (n,), s (n,), z (n,)): the points after the start of each edge, the end of the edge last
     """
     is_arc = arc[:, 2] > layout.CHAIN_LINE
     radius = np.where(is_arc, np.abs(arc[:, 2]), 1.0)
     first, last = (np.arctan2(z[k] - arc[:, 1], s[k] - arc[:, 0]) for k in (slice(None, -1), slice(1, None)))
     sweep = (last - first + np.pi) % (2 * np.pi) - np.pi
-    level = np.minimum(np.abs(z[:-1] - arc[:, 1]), np.abs(z[1:] - arc[:, 1])) / radius      # cosine of the steepest slope
+    level = np.minimum(np.abs(z[:-1] - arc[:, 1]), np.abs(z[1:] - arc[:, 1])) / radius  # cosine of the steepest slope
     half = np.arccos(1.0 - np.minimum(sag * level / radius, 1.0))
     count = np.where(is_arc, np.maximum(np.ceil(np.abs(sweep) / np.maximum(2 * half, 1e-6)), 1), 1).astype(int)
     tangents = is_arc & (arc[:, 2] < 0) & outside
@@ -68,15 +69,22 @@ def divided(s, z, arc, sag, outside=False):
     angle = first[edge] + sweep[edge] * (at - 0.5 * tangents[edge]) / count[edge]
     far = radius[edge] / np.where(tangents[edge], np.cos(0.5 * sweep[edge] / count[edge]), 1.0)
     is_end = at == number[edge]
-    return (edge, np.where(is_end, s[edge + 1], arc[edge, 0] + far * np.cos(angle)), np.where(is_end, z[edge + 1], arc[edge, 1] + far * np.sin(angle)))
+    return (
+        edge,
+        np.where(is_end, s[edge + 1], arc[edge, 0] + far * np.cos(angle)),
+        np.where(is_end, z[edge + 1], arc[edge, 1] + far * np.sin(angle)),
+    )
 
 
 def placed(start, direction, s, z, arc, sag):
-    """The Curve of stations and heights (k,) over a track from start (2,) in a direction (2,); arc (k, 3): of the edge to each point."""
+    """The Curve of stations and heights (k,) over a track from start (2,) in a direction (2,); arc (k, 3): of the edge
+    to each point."""
     edge, more_s, more_z = divided(s, z, arc[1:], sag)
     centre = np.where((arc[1:, 2] > layout.CHAIN_LINE)[:, None], arc[1:, :2], np.nan)[edge]
-    points = [np.column_stack([start + far[:, None] * direction, height])
-              for far, height in ((np.append(s[:1], more_s), np.append(z[:1], more_z)), (centre[:, 0], centre[:, 1]))]
+    points = [
+        np.column_stack([start + far[:, None] * direction, height])
+        for far, height in ((np.append(s[:1], more_s), np.append(z[:1], more_z)), (centre[:, 0], centre[:, 1]))
+    ]
     return Curve(points[0], np.concatenate([np.full((1, 3), np.nan), points[1]]))
 
 
@@ -99,12 +107,12 @@ def moves_of(curve, feed):
     points, centre, found, k = curve.points.tolist(), curve.centre.tolist(), [], 1
     while k < len(points):
         middle, last = centre[k], k
-        while last + 1 < len(points) and centre[last + 1] == middle:        # NaN is not equal to itself
+        while last + 1 < len(points) and centre[last + 1] == middle:  # NaN is not equal to itself
             last += 1
         if math.isfinite(middle[0]) and math.dist(points[k - 1], points[last]) >= LEAST_ARC:
             found.append(_arc(points[k - 1], points[last], middle, feed))
         else:
-            found += [Line(x=x, y=y, z=z, feed=feed) for x, y, z in points[k:last + 1]]
+            found += [Line(x=x, y=y, z=z, feed=feed) for x, y, z in points[k : last + 1]]
         k = last + 1
     return found
 

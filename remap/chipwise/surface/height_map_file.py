@@ -3,13 +3,14 @@
 
 Called by model.py.  The kind is read from the content:
 
-    Candle (.map)               lines x;y;width;height and nx;ny;..;.. and three more numbers, then ny lines of nx heights, the first at the smallest Y
-    OpenCNCPilot (.hmap, XML)   <heightmap MinX=".." MinY=".." MaxX=".." MaxY=".." SizeX=".." SizeY=".."> <point X="0" Y="0">height</point>
-    bCNC (.probe)               lines xmin xmax nx, ymin ymax ny and zmin zmax feed, then a line x y z for each point
-    points (.xyz, .csv)         a line x y z for each point, between blanks, commas or semicolons; the columns' names may stand before
+    Candle (.map)               lines x;y;width;height and nx;ny;..;.. and three more numbers, then ny lines of nx
+    heights, the first at the smallest Y OpenCNCPilot (.hmap, XML)   <heightmap MinX=".." MinY=".." MaxX=".." MaxY=".."
+    SizeX=".." SizeY=".."> <point X="0" Y="0">height</point> bCNC (.probe)               lines xmin xmax nx, ymin ymax
+    ny and zmin zmax feed, then a line x y z for each point points (.xyz, .csv)         a line x y z for each point,
+    between blanks, commas or semicolons; the columns' names may stand before
 
-Points may be in any order and lie at uneven distances, but each crossing of their columns and rows has to have one: what is between known heights
-is known, what is beside a gap is not.
+Points may be in any order and lie at uneven distances, but each crossing of their columns and rows has to have one:
+what is between known heights is known, what is beside a gap is not.
 """
 
 import re
@@ -21,15 +22,17 @@ import numpy as np
 from chipwise.errors import CycleError
 
 MAX_BYTES = 64_000_000
-MAX_POINTS = 2_000_000              # two triangles each
-MOST_WORD = 40                      # characters of a number
-SAME = 1e-4                         # mm by which X or Y of points of one column or row may differ
+MAX_POINTS = 2_000_000  # two triangles each
+MOST_WORD = 40  # characters of a number
+SAME = 1e-4  # mm by which X or Y of points of one column or row may differ
 SEPARATORS = re.compile(r"[;\s]+")
 
 _HEIGHT_MAP = re.compile(rb"<heightmap\b([^<>]{0,2000})>", re.IGNORECASE)
 _POINT = re.compile(rb"<point\b([^<>]{0,200})>([^<>]{0,60})</point>", re.IGNORECASE)
 _ATTRIBUTE = re.compile(rb"(\w{1,20})\s*=\s*[\"']([^\"']{1,40})[\"']")
-_BEGINS = re.compile(rb"^(?:\xef\xbb\xbf)?\s*(?:<\?xml|<heightmap|[-+.\d]|[\"']?x[\"']?\s*[,;\s]\s*[\"']?y)", re.IGNORECASE)
+_BEGINS = re.compile(
+    rb"^(?:\xef\xbb\xbf)?\s*(?:<\?xml|<heightmap|[-+.\d]|[\"']?x[\"']?\s*[,;\s]\s*[\"']?y)", re.IGNORECASE
+)
 
 
 @dataclass(frozen=True)
@@ -83,7 +86,9 @@ def _counts(*values):
     """_whole(); CycleError for too many."""
     counts = _whole(*values)
     if counts and counts[0] * counts[1] > MAX_POINTS:
-        raise CycleError(f"the height map has {counts[0]} x {counts[1]} points, more than {MAX_POINTS}", "probe fewer points")
+        raise CycleError(
+            f"the height map has {counts[0]} x {counts[1]} points, more than {MAX_POINTS}", "probe fewer points"
+        )
     return counts
 
 
@@ -107,7 +112,10 @@ def _of_candle(lines):
 
 def _of_xml(data):
     """A map of OpenCNCPilot."""
-    found = {name.lower(): _number(value.decode("ascii", "replace")) for name, value in _ATTRIBUTE.findall(_HEIGHT_MAP.search(data).group(1))}
+    found = {
+        name.lower(): _number(value.decode("ascii", "replace"))
+        for name, value in _ATTRIBUTE.findall(_HEIGHT_MAP.search(data).group(1))
+    }
     names = b"minx", b"miny", b"maxx", b"maxy", b"sizex", b"sizey"
     if any(found.get(name) is None for name in names):
         raise CycleError("the height map lacks MinX, MinY, MaxX, MaxY, SizeX or SizeY", "save it again")
@@ -136,8 +144,13 @@ def _of_bcnc(lines):
         return None
     points = _points_of(lines[3:])
     if points is None or not len(points) or len(points) > counts[0] * counts[1]:
-        return None                                 # three points of a list of points
-    if (points[:, 0] < x0 - SAME).any() or (points[:, 0] > x1 + SAME).any() or (points[:, 1] < y0 - SAME).any() or (points[:, 1] > y1 + SAME).any():
+        return None  # three points of a list of points
+    if (
+        (points[:, 0] < x0 - SAME).any()
+        or (points[:, 0] > x1 + SAME).any()
+        or (points[:, 1] < y0 - SAME).any()
+        or (points[:, 1] > y1 + SAME).any()
+    ):
         return None
     counts = _counts(nx, ny)
     return _gridded(points, np.linspace(x0, x1, counts[0]), np.linspace(y0, y1, counts[1]))
@@ -179,7 +192,11 @@ def _gridded(points, x, y):
     if min(len(x), len(y)) < 2:
         raise CycleError("the height map is one line of points: it has no surface", "probe two lines at least")
     if len(x) * len(y) > MAX_POINTS:
-        raise CycleError(f"the points of the height map are not a grid: {len(points)} points have {len(x)} different X and {len(y)} different Y", "probe a grid")
+        raise CycleError(
+            f"the points of the height map are not a grid: {len(points)} points have {len(x)} different X and {len(y)} "
+            f"different Y",
+            "probe a grid",
+        )
     height = np.full((len(y), len(x)), np.nan)
     columns, rows = _nearest(x, points[:, 0]), _nearest(y, points[:, 1])
     if (np.abs(x[columns] - points[:, 0]) > 100 * SAME).any() or (np.abs(y[rows] - points[:, 1]) > 100 * SAME).any():

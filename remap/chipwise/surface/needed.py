@@ -6,10 +6,10 @@ Source: CN105492980 [0045]: where the stock has been cut already no pass is made
 Departs from it: the stock is a height map that every planned cut is taken out of, not the contour of a slice.
 
     1. A cut is looked at in steps not longer than a cell; HeightMap.needed says which of them lower the stock.
-    2. Segments less than BRIDGE apart are one: to lift the tool takes longer.  Each begins and ends a step early and late, because
-       between two needles nothing is known.
-    3. Segments of neighbouring tracks that overlap are one region.  A region is cut as a whole, the nearest one next, so the path
-       from segment to segment is short; within it the order of the tracks keeps climb cuts climb cuts.
+    2. Segments less than BRIDGE apart are one: to lift the tool takes longer.  Each begins and ends a step early and
+       late, because between two needles nothing is known.
+    3. Segments of neighbouring tracks that overlap are one region.  A region is cut as a whole, the nearest one next,
+       so the path from segment to segment is short; within it the order of the tracks keeps climb cuts climb cuts.
 """
 
 from dataclasses import dataclass
@@ -18,8 +18,8 @@ import numpy as np
 
 from chipwise.surface.curve import Curve, on_arcs
 
-BRIDGE = 1.0                # mm along the cut
-WALL = 0.01                 # run of a step over its rise: what is as steep as this is a wall
+BRIDGE = 1.0  # mm along the cut
+WALL = 0.01  # run of a step over its rise: what is as steep as this is a wall
 
 
 @dataclass(frozen=True)
@@ -38,21 +38,25 @@ def clipped(curve, level):
     k = np.flatnonzero((z[:-1] < level) != (z[1:] < level))
     share = (level - z[k]) / (z[k + 1] - z[k])
     new = chain[k] + share[:, None] * (chain[k + 1] - chain[k])
-    found, centre = np.insert(chain, k + 1, _at_level(new, curve.centre[k + 1], chain[k + 1], level), axis=0), np.insert(curve.centre, k + 1, curve.centre[k + 1], axis=0)
+    found, centre = (
+        np.insert(chain, k + 1, _at_level(new, curve.centre[k + 1], chain[k + 1], level), axis=0),
+        np.insert(curve.centre, k + 1, curve.centre[k + 1], axis=0),
+    )
     found[:, 2] = np.maximum(found[:, 2], level)
     is_level = np.append(False, (found[:-1, 2] == level) & (found[1:, 2] == level))
     centre[is_level] = np.nan
-    keep = np.append(~(is_level[:-1] & is_level[1:]), True)         # of a level part only the ends are kept
+    keep = np.append(~(is_level[:-1] & is_level[1:]), True)  # of a level part only the ends are kept
     return Curve(found[keep], centre[keep])
 
 
 def _at_level(points, centre, ends, level):
-    """Points (n, 3) of chords, at a height `level`, moved along it onto the arcs about centre (n, 3) that lead to ends (n, 3)."""
+    """Points (n, 3) of chords, at a height `level`, moved along it onto the arcs about centre (n, 3) that lead to ends
+    (n, 3)."""
     points = points.copy()
     off = points[:, :2] - centre[:, :2]
     now = np.hypot(off[:, 0], off[:, 1])
     there = np.sqrt(np.maximum(((ends - centre) ** 2).sum(axis=1) - (level - centre[:, 2]) ** 2, 0.0))
-    moves = now > 1e-9              # not those of lines, whose centre is NaN
+    moves = now > 1e-9  # not those of lines, whose centre is NaN
     points[moves, :2] = (centre[:, :2] + off * (there / np.maximum(now, 1e-9))[:, None])[moves]
     points[:, 2] = level
     return points
@@ -78,9 +82,15 @@ def _part(curve, first, last):
     edge = np.minimum(np.array([first, last]).astype(int), len(curve.points) - 2)
     edge[1] = int(np.ceil(last)) - 1
     centre = curve.centre[edge + 1]
-    ends = on_arcs(points_at(curve.points, np.array([first, last])), centre, np.linalg.norm(curve.points[edge + 1] - centre, axis=1))
-    return Curve(np.concatenate([ends[:1], curve.points[between], ends[1:]]),
-                 np.concatenate([np.full((1, 3), np.nan), curve.centre[between], centre[1:]]))
+    ends = on_arcs(
+        points_at(curve.points, np.array([first, last])),
+        centre,
+        np.linalg.norm(curve.points[edge + 1] - centre, axis=1),
+    )
+    return Curve(
+        np.concatenate([ends[:1], curve.points[between], ends[1:]]),
+        np.concatenate([np.full((1, 3), np.nan), curve.centre[between], centre[1:]]),
+    )
 
 
 def segments(stock, tool, curve, least, track=0, direction=(1.0, 0.0)):
@@ -105,12 +115,15 @@ def segments(stock, tool, curve, least, track=0, direction=(1.0, 0.0)):
     first, last = first[np.concatenate([[True], apart])], last[np.concatenate([apart, [True]])]
     first, last = _widened(points, first, last)
     far = points[:, :2] @ np.asarray(direction)
-    return [Segment(track, *sorted((float(far[a]), float(far[b]))), _part(curve, places[a], places[b])) for a, b in zip(first, last)]
+    return [
+        Segment(track, *sorted((float(far[a]), float(far[b]))), _part(curve, places[a], places[b]))
+        for a, b in zip(first, last)
+    ]
 
 
 def _widened(points, first, last):
-    """Segments that begin at points[first] and end at points[last], a step longer at both ends.  Not up a wall: there it cuts nothing, and a
-    Segment that begins on its step down a wall begins at the foot of it."""
+    """Segments that begin at points[first] and end at points[last], a step longer at both ends.  Not up a wall: there
+    it cuts nothing, and a Segment that begins on its step down a wall begins at the foot of it."""
     step = np.diff(points, axis=0)
     wall = np.append(np.hypot(step[:, 0], step[:, 1]) < WALL * np.abs(step[:, 2]), False)
     low = wall[first] & (last - first > 1)
@@ -124,7 +137,9 @@ def _neighbours(parts):
     for k, one in enumerate(parts):
         by_track.setdefault(one.track, []).append(k)
     for one in parts:
-        found.append([k for k in by_track.get(one.track - 1, ()) if parts[k].low <= one.high and one.low <= parts[k].high])
+        found.append(
+            [k for k in by_track.get(one.track - 1, ()) if parts[k].low <= one.high and one.low <= parts[k].high]
+        )
     return found
 
 
@@ -147,8 +162,8 @@ def _regions(before):
 def in_order(parts, at):
     """Segments region by region, the next one with the nearest start; at: (x, y) of the tool, or None.
 
-    A region is cut branch by branch: after a Segment the one beside it on the next track, unless another branch has to be cut before
-    that, because it leads to it, too.
+    A region is cut branch by branch: after a Segment the one beside it on the next track, unless another branch has to
+    be cut before that, because it leads to it, too.
     """
     if not parts:
         return []
@@ -164,7 +179,11 @@ def in_order(parts, at):
     while len(found) < len(parts):
         here = [] if now is None else [k for k in after[now] if ready[k]]
         if not here:
-            here = np.flatnonzero(ready & (region == region[now])) if now is not None and left[region[now]] else np.flatnonzero(ready)
+            here = (
+                np.flatnonzero(ready & (region == region[now]))
+                if now is not None and left[region[now]]
+                else np.flatnonzero(ready)
+            )
         now = int(here[0] if at is None else here[int(np.hypot(*(starts[here] - at).T).argmin())])
         found.append(parts[now])
         at, ready[now] = parts[now].curve.points[-1, :2], False

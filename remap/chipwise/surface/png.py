@@ -18,15 +18,15 @@ from chipwise.clib.library import library
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 MAX_PIXELS = 2_500_000
 MAX_BYTES = 1 << 26
-_CHANNELS = {0: 1, 2: 3, 4: 2, 6: 4}        # by colour type; of grey or colour with alpha the alpha is left out
+_CHANNELS = {0: 1, 2: 3, 4: 2, 6: 4}  # by colour type; of grey or colour with alpha the alpha is left out
 _COLOURS = {0: 1, 2: 3, 4: 1, 6: 3}
 _AGAIN = "save the picture again as 16-bit grey PNG without interlace"
 
 
 @dataclass(frozen=True)
 class Picture:
-    """height  (rows, columns) float32, 0 black .. 1 white, the first row at the top; bits: 8 or 16; pixel: mm, None: not said; aspect: width of a pixel over its height;
-    transparent: some pixels are"""
+    """height  (rows, columns) float32, 0 black .. 1 white, the first row at the top; bits: 8 or 16; pixel: mm, None:
+    not said; aspect: width of a pixel over its height; transparent: some pixels are"""
 
     height: np.ndarray
     bits: int
@@ -51,9 +51,15 @@ def read_png(file: BinaryIO) -> Picture:
         raise CycleError("the PNG file has no head (IHDR)", _AGAIN)
     columns, rows, bits, colour, _method, _filter, interlace = struct.unpack(">IIBBBBB", head)
     if bits not in (8, 16) or colour not in _CHANNELS or interlace:
-        raise CycleError(f"the PNG file has {bits} bit, colour type {colour}{' and interlace' if interlace else ''}, which is not read", _AGAIN)
+        raise CycleError(
+            f"the PNG file has {bits} bit, colour type {colour}{' and interlace' if interlace else ''}, which is not "
+            f"read",
+            _AGAIN,
+        )
     if columns < 2 or rows < 2 or columns * rows > MAX_PIXELS:
-        raise CycleError(f"the picture has {columns} x {rows} pixels, not 2 x 2 to {MAX_PIXELS} together", "scale the picture")
+        raise CycleError(
+            f"the picture has {columns} x {rows} pixels, not 2 x 2 to {MAX_PIXELS} together", "scale the picture"
+        )
     height, transparent = _heights(b"".join(data), rows, columns, bits, colour)
     return Picture(height, bits, pixel, aspect, transparent)
 
@@ -62,8 +68,8 @@ def _chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
     """(kind, content) of the chunks up to IEND."""
     at = len(SIGNATURE)
     while at + 12 <= len(data):
-        length, kind = struct.unpack(">I4s", data[at:at + 8])
-        content, check = data[at + 8:at + 8 + length], data[at + 8 + length:at + 12 + length]
+        length, kind = struct.unpack(">I4s", data[at : at + 8])
+        content, check = data[at + 8 : at + 8 + length], data[at + 8 + length : at + 12 + length]
         if len(check) < 4:
             break
         if zlib.crc32(kind + content) != int.from_bytes(check, "big"):
@@ -89,5 +95,5 @@ def _heights(data: bytes, rows: int, columns: int, bits: int, colour: int) -> tu
         raise CycleError("the PNG file is damaged: a row has an unknown filter", _AGAIN)
     plain = np.ascontiguousarray(pixels.reshape(rows, -1)[:, 1:])
     values, colours = plain.view(">u2" if bits == 16 else np.uint8).reshape(rows, columns, -1), _COLOURS[colour]
-    most = 2 ** bits - 1
+    most = 2**bits - 1
     return (values[:, :, :colours].mean(axis=2) / most).astype(np.float32), bool((values[:, :, colours:] < most).any())

@@ -3,13 +3,15 @@
 
 Called by cycles/surface.py.  All lengths mm.
 
-A chain is on or above the model: at most GOUGE below it anywhere, at most the tolerance above the lowest path of the tool
+A chain is on or above the model: at most GOUGE below it anywhere, at most the tolerance above the lowest path of the
+    tool
     1. stations are halved until the middle of two is within a fifth of the tolerance of the line between them;
-    2. a step between stations as close as a quarter of the tolerance is a wall: the path goes straight up or down beside it;
-    3. chip_chain_fit keeps as few stations as the rest of the tolerance allows, upwards only, with lines between them and, on tracks along
-       X or Y, arcs;
-    4. chip_drop_excess looks at every segment between its ends, too; a station is added where the model is higher.  For an arc it looks at
-       chords or tangents that are below it by at most ARC_SAG of the tolerance.
+    2. a step between stations as close as a quarter of the tolerance is a wall: the path goes straight up or down
+       beside it;
+    3. chip_chain_fit keeps as few stations as the rest of the tolerance allows, upwards only, with lines between them
+       and, on tracks along X or Y, arcs;
+    4. chip_drop_excess looks at every segment between its ends, too; a station is added where the model is higher.  For
+       an arc it looks at chords or tangents that are below it by at most ARC_SAG of the tolerance.
 """
 
 import math
@@ -21,14 +23,14 @@ from chipwise.clib.chain_fit import fitted
 from chipwise.errors import CycleError
 from chipwise.surface import curve
 
-GOUGE = 5e-4                # mm [4]
-SAMPLING = 0.2              # of the tolerance [1]
-NARROW = 0.25               # of the tolerance [2]
-ROUNDS = 8                  # of adding stations [4]; then the segment is raised
-ARC_ROUNDS = 5              # of them with arcs
-ARC_SAG, MOST_SAG = 0.25, 0.0025    # of the tolerance, and mm: of the chords in place of an arc
-LEAST_STEP = 0.05           # mm, of the first stations
-MOST_STATIONS = 6_000_000   # of all tracks: each needs about 80 bytes
+GOUGE = 5e-4  # mm [4]
+SAMPLING = 0.2  # of the tolerance [1]
+NARROW = 0.25  # of the tolerance [2]
+ROUNDS = 8  # of adding stations [4]; then the segment is raised
+ARC_ROUNDS = 5  # of them with arcs
+ARC_SAG, MOST_SAG = 0.25, 0.0025  # of the tolerance, and mm: of the chords in place of an arc
+LEAST_STEP = 0.05  # mm, of the first stations
+MOST_STATIONS = 6_000_000  # of all tracks: each needs about 80 bytes
 
 
 @dataclass(frozen=True)
@@ -42,8 +44,11 @@ class Tracks:
     def backwards(self, which):
         """The tracks of the mask `which` (n,) the other way round."""
         which = np.asarray(which)[:, None]
-        return Tracks(np.where(which, self.start + self.direction * self.length[:, None], self.start),
-                      np.where(which, -self.direction, self.direction), self.length)
+        return Tracks(
+            np.where(which, self.start + self.direction * self.length[:, None], self.start),
+            np.where(which, -self.direction, self.direction),
+            self.length,
+        )
 
     @property
     def end(self):
@@ -60,9 +65,19 @@ def between(start, end):
 def with_links(tracks):
     """Tracks of a zigzag with the tracks from the end of each to the start of the next between them."""
     links = between(tracks.end[:-1], tracks.start[1:])
-    order = np.argsort(np.concatenate([np.arange(len(tracks.length)), np.arange(len(links.length)) + 0.5]), kind="stable")
-    return Tracks(*(np.concatenate([a, b])[order] for a, b in
-                    ((tracks.start, links.start), (tracks.direction, links.direction), (tracks.length, links.length))))
+    order = np.argsort(
+        np.concatenate([np.arange(len(tracks.length)), np.arange(len(links.length)) + 0.5]), kind="stable"
+    )
+    return Tracks(
+        *(
+            np.concatenate([a, b])[order]
+            for a, b in (
+                (tracks.start, links.start),
+                (tracks.direction, links.direction),
+                (tracks.length, links.length),
+            )
+        )
+    )
 
 
 def count_of(low, high, degrees, step):
@@ -87,8 +102,8 @@ def evenly(low, high, degrees, step):
 
 
 def parallel(low, high, degrees, across, climb):
-    """Tracks over the rectangle low .. high at `across` (n,), mm from its middle.  climb: each has the ones not yet cut on its right, else
-    on its left."""
+    """Tracks over the rectangle low .. high at `across` (n,), mm from its middle.  climb: each has the ones not yet cut
+    on its right, else on its left."""
     c, s = direction_of(degrees)
     count = len(across)
     middle = (np.asarray(low[:2], float) + np.asarray(high[:2], float)) / 2
@@ -100,14 +115,14 @@ def parallel(low, high, degrees, across, climb):
         if abs(along) > 1e-12:
             ends = np.sort((np.array([[-half[axis]], [half[axis]]]) - across * side) / along, axis=0)
             first, last = np.maximum(first, ends[0]), np.minimum(last, ends[1])
-    corner = np.minimum(first, last)            # a track through a corner is a point, whatever rounding says
+    corner = np.minimum(first, last)  # a track through a corner is a point, whatever rounding says
     start = middle + np.stack([-s * across + c * corner, c * across + s * corner], axis=1)
     return Tracks(start, np.tile((c, s), (count, 1)), np.maximum(last - first, 0.0))
 
 
 def chains(probe, tracks, shape, tolerance, progress=lambda share: None, arcs=True):
-    """One curve.Curve per track, and how many stations were sampled.  probe: drop.Probe; shape: check.sweep.Shape; arcs: whether they may be
-    in it."""
+    """One curve.Curve per track, and how many stations were sampled.  probe: drop.Probe; shape: check.sweep.Shape;
+    arcs: whether they may be in it."""
     line, s, z = _sampled(probe, tracks, _first_step(shape, tolerance), tolerance, lambda share: progress(0.6 * share))
     line, s, z = _walls(line, s, z, tolerance)
     bounds = np.searchsorted(line, np.arange(len(tracks.length) + 1))
@@ -127,7 +142,8 @@ def chains(probe, tracks, shape, tolerance, progress=lambda share: None, arcs=Tr
 
 
 def _first_step(shape, tolerance):
-    """So close that a bump as high as the tolerance is not passed over: the tip over a point of the model is the tool upside down."""
+    """So close that a bump as high as the tolerance is not passed over: the tip over a point of the model is the tool
+    upside down."""
     radius = shape.diameter / 2
     flat = 0.0 if shape.tip_angle else radius - shape.corner_radius
     return max(min(flat + math.sqrt(2.0 * shape.corner_radius * tolerance), radius / 4), min(LEAST_STEP, radius / 4))
@@ -159,7 +175,10 @@ def _sampled(probe, tracks, step, tolerance, progress):
 def _check_stations(count):
     """Raises CycleError for more stations than MOST_STATIONS, before their arrays are made."""
     if count > MOST_STATIONS:
-        raise CycleError(f"the cuts need {count:.0f} points of the model, more than {MOST_STATIONS}", "use a larger D or tolerance, or correct SCALE of the model")
+        raise CycleError(
+            f"the cuts need {count:.0f} points of the model, more than {MOST_STATIONS}",
+            "use a larger D or tolerance, or correct SCALE of the model",
+        )
 
 
 def _heights(probe, tracks, line, s, progress=lambda share: None, part=20_000):
@@ -173,9 +192,13 @@ def _heights(probe, tracks, line, s, progress=lambda share: None, part=20_000):
 
 def _walls(line, s, z, tolerance):
     """A sample at the upper height is put beside each step [2]."""
-    at = np.flatnonzero((line[:-1] == line[1:]) & (s[1:] - s[:-1] <= NARROW * tolerance) & (np.abs(z[1:] - z[:-1]) > tolerance))
+    at = np.flatnonzero(
+        (line[:-1] == line[1:]) & (s[1:] - s[:-1] <= NARROW * tolerance) & (np.abs(z[1:] - z[:-1]) > tolerance)
+    )
     lower = np.where(z[at] < z[at + 1], s[at], s[at + 1])
-    return tuple(np.insert(old, at + 1, new) for old, new in zip((line, s, z), (line[at], lower, np.maximum(z[at], z[at + 1]))))
+    return tuple(
+        np.insert(old, at + 1, new) for old, new in zip((line, s, z), (line[at], lower, np.maximum(z[at], z[at + 1])))
+    )
 
 
 def _fitted(s, z, tolerance, arcs):
@@ -192,14 +215,18 @@ def thinned(points, room):
 
 
 def _added(probe, samples, tracks, found, waiting, tolerance, is_last):
-    """Adds a sample where the model rises above a segment, and says for which tracks [4]; at last raises the segment instead."""
+    """Adds a sample where the model rises above a segment, and says for which tracks [4]; at last raises the segment
+    instead."""
     owner, s0, z0, s1, z1, segment = _segments([found[k] for k in waiting], tolerance)
     track = waiting[owner]
-    start, end = (np.column_stack([tracks.start[track] + s[:, None] * tracks.direction[track], z]) for s, z in ((s0, z0), (s1, z1)))
+    start, end = (
+        np.column_stack([tracks.start[track] + s[:, None] * tracks.direction[track], z])
+        for s, z in ((s0, z0), (s1, z1))
+    )
     excess, share = probe.excess(start, end, GOUGE)
     high = np.flatnonzero(excess > GOUGE)
     for i in high if is_last else ():
-        found[track[i]][1][segment[i]:segment[i] + 2] += excess[i]
+        found[track[i]][1][segment[i] : segment[i] + 2] += excess[i]
     new, height = s0 + share * (s1 - s0), z0 + share * (z1 - z0) + excess
     dirty = np.unique(owner[high])
     for w in dirty:
@@ -211,12 +238,13 @@ def _added(probe, samples, tracks, found, waiting, tolerance, is_last):
 
 
 def _segments(parts, tolerance):
-    """Straight segments on or below chains as in _fitted(): (number of the chain, s, z of the start, s, z of the end, edge of the chain) of each."""
+    """Straight segments on or below chains as in _fitted(): (number of the chain, s, z of the start, s, z of the end,
+    edge of the chain) of each."""
     s, z, arc = (np.concatenate([part[k] for part in parts]) for k in range(3))
     chain = np.repeat(np.arange(len(parts)), [len(part[0]) for part in parts])
     first = np.searchsorted(chain, chain)
     edge, more_s, more_z = curve.divided(s, z, arc[1:], ARC_SAG * tolerance, outside=True)
     before_s, before_z = (np.concatenate([v[:1], more[:-1]]) for v, more in ((s, more_s), (z, more_z)))
-    inside = chain[edge] == chain[edge + 1]         # not from the end of a chain to the start of the next
+    inside = chain[edge] == chain[edge + 1]  # not from the end of a chain to the start of the next
     edge = edge[inside]
     return chain[edge], before_s[inside], before_z[inside], more_s[inside], more_z[inside], edge - first[edge]

@@ -2,14 +2,16 @@
 """Parallel tracks at the distances that a scallop height allows.
 
 Called by cycles/surface.py.  All lengths mm.
-Source: the scallop of a ball on a plane is R - sqrt(R^2 - (w / 2)^2), w the distance of the cuts along the surface (textbooks on
-sculptured surface machining); here the same for any profile g of tool.h and any slope.
+Source: the scallop of a ball on a plane is R - sqrt(R^2 - (w / 2)^2), w the distance of the cuts along the surface
+(textbooks on sculptured surface machining); here the same for any profile g of tool.h and any slope.
 
-    1. Between two tracks d apart, at one station, the tips are T0 and T1, and the tip of a cut in the middle would be at Tm: all three are
-       lowest tips of the model, so its curvature and what the tool cannot reach are in them.
-    2. Along the track the tip moves on a slope a.  Beside the track, at u, it leaves S(u) = min over s of a s + g(sqrt(s^2 + u^2)) above it.
-    3. What the cut in the middle would still take away is the scallop: the largest min(T0 + S(p), T1 + S(p - d)) - Tm - S(p - d/2), where
-       both are equal or where the reach of one of them ends; times the cosine of the surface's slope it is a height along the normal.
+    1. Between two tracks d apart, at one station, the tips are T0 and T1, and the tip of a cut in the middle would be
+       at Tm: all three are lowest tips of the model, so its curvature and what the tool cannot reach are in them.
+    2. Along the track the tip moves on a slope a.  Beside the track, at u, it leaves S(u) = min over s of a s +
+       g(sqrt(s^2 + u^2)) above it.
+    3. What the cut in the middle would still take away is the scallop: the largest min(T0 + S(p), T1 + S(p - d)) - Tm -
+       S(p - d/2), where both are equal or where the reach of one of them ends; times the cosine of the surface's slope
+       it is a height along the normal.
     4. Stations steeper than STEEPEST do not count: beside a wall there is no step-over that leaves no scallop.
 """
 
@@ -19,13 +21,14 @@ import numpy as np
 
 from chipwise.surface import raster
 
-STEEPEST = 0.1              # cosine of the slope: 84 degrees
-SAFE = 0.95                 # of the scallop: between two stations it may be larger
-PATH_SHARE = 0.25           # of the scallop, at most, for the tolerance of the path
-LEAST_STEP = 0.01           # of the tool's diameter
+STEEPEST = 0.1  # cosine of the slope: 84 degrees
+SAFE = 0.95  # of the scallop: between two stations it may be larger
+PATH_SHARE = 0.25  # of the scallop, at most, for the tolerance of the path
+LEAST_STEP = 0.01  # of the tool's diameter
 TRIES = 12
-# Cells from the top of a ridge to a needle of the map: the largest of 20,000 places of a line in 180 directions (the median is 0.10).
-# Smaller: links may touch ridges as thin as that.  Larger: links above steep tools are higher than they need be.
+# Cells from the top of a ridge to a needle of the map: the largest of 20,000 places of a line in 180 directions (the
+# median is 0.10).  Smaller: links may touch ridges as thin as that.  Larger: links above steep tools are higher than
+# they need be.
 NEEDLE_CELLS = 0.54
 STATIONS = 1500
 _SLOPES, _ANGLES, _ALONG, _HALVINGS = np.linspace(0.0, 10.0, 101), 257, 129, 30
@@ -38,9 +41,11 @@ class Profile:
         self.radius = shape.diameter / 2
         u = self.radius * np.sin(np.linspace(0.0, np.pi / 2, _ANGLES))
         self._table = np.empty((len(_SLOPES), _ANGLES))
-        for k, reach in enumerate(np.sqrt(np.maximum(self.radius ** 2 - u ** 2, 0.0))):
+        for k, reach in enumerate(np.sqrt(np.maximum(self.radius**2 - u**2, 0.0))):
             s = reach * np.sin(np.linspace(-np.pi / 2, 0.0, _ALONG))
-            self._table[:, k] = (_SLOPES[:, None] * s + _height(shape, np.minimum(np.hypot(s, u[k]), self.radius))).min(axis=1)
+            self._table[:, k] = (_SLOPES[:, None] * s + _height(shape, np.minimum(np.hypot(s, u[k]), self.radius))).min(
+                axis=1
+            )
 
     def left(self, u, slope):
         """S (n,) at u (n,) on slopes (n,); u within the radius."""
@@ -58,9 +63,9 @@ def _height(shape, r):
     if shape.tip_angle:
         half = math.radians(shape.tip_angle) / 2
         touch = corner * math.cos(half)
-        arc = corner - np.sqrt(np.maximum(corner ** 2 - np.minimum(r, touch) ** 2, 0.0))
+        arc = corner - np.sqrt(np.maximum(corner**2 - np.minimum(r, touch) ** 2, 0.0))
         return arc + np.maximum(r - touch, 0.0) / math.tan(half)
-    return corner - np.sqrt(np.maximum(corner ** 2 - np.maximum(r - (radius - corner), 0.0) ** 2, 0.0))
+    return corner - np.sqrt(np.maximum(corner**2 - np.maximum(r - (radius - corner), 0.0) ** 2, 0.0))
 
 
 def unseen(shape, step, cell):
@@ -71,11 +76,11 @@ def unseen(shape, step, cell):
 
 
 def between(profile, first, middle, last, apart, spacing):
-    """The largest scallop (mm along the normal) between two tracks `apart` mm [3]; first, middle, last (n,): tips at stations `spacing`
-    mm apart along them."""
+    """The largest scallop (mm along the normal) between two tracks `apart` mm [3]; first, middle, last (n,): tips at
+    stations `spacing` mm apart along them."""
     radius, d = profile.radius, apart
     slope = np.gradient(middle, spacing) if len(middle) > 1 else np.zeros(1)
-    cosine = 1.0 / np.sqrt(1.0 + slope ** 2 + ((last - first) / d) ** 2)
+    cosine = 1.0 / np.sqrt(1.0 + slope**2 + ((last - first) / d) ** 2)
     low, high = np.full(len(first), d - radius), np.full(len(first), radius)
     for _ in range(_HALVINGS):
         p = (low + high) / 2
@@ -85,16 +90,20 @@ def between(profile, first, middle, last, apart, spacing):
 
     def cut_at(p, left):
         return left - middle - profile.left(p - d / 2, slope)
+
     found = cut_at(p, np.minimum(first + profile.left(p, slope), last + profile.left(p - d, slope)))
-    for p, tip, off in ((np.full(len(first), radius), last, d), (np.full(len(first), d - radius), first, 0.0)):     # where one reaches no further
+    for p, tip, off in (
+        (np.full(len(first), radius), last, d),
+        (np.full(len(first), d - radius), first, 0.0),
+    ):  # where one reaches no further
         found = np.maximum(found, cut_at(p, tip + profile.left(p - off, slope)))
     found = np.where(cosine < STEEPEST, 0.0, np.maximum(found, 0.0) * cosine)
     return float(found.max(initial=0.0))
 
 
 def across(probe, shape, low, high, degrees, step, scallop, most):
-    """Where tracks of a rectangle are, mm from its middle, rising: neither more than `step` nor more than a scallop apart -> (n,), or None
-    if they are more than `most`."""
+    """Where tracks of a rectangle are, mm from its middle, rising: neither more than `step` nor more than a scallop
+    apart -> (n,), or None if they are more than `most`."""
     width, profile = raster.width_of(low, high, degrees), Profile(shape)
     along, side = np.array(raster.direction_of(degrees)), np.array([-1.0, 1.0]) * raster.direction_of(degrees)[::-1]
     half = (np.abs(along) * (np.asarray(high[:2]) - low[:2])).sum() / 2
@@ -121,7 +130,8 @@ def across(probe, shape, low, high, degrees, step, scallop, most):
 
 
 def _next(profile, tips, at, here, inside, d, most, least, target, spacing):
-    """(the distance of the next track, its tips()): the largest of a few tries whose scallop is small enough, or `least`."""
+    """(the distance of the next track, its tips()): the largest of a few tries whose scallop is small enough, or
+    `least`."""
     good, low, high = None, 0.0, most
     for _ in range(TRIES):
         there, also = tips(at + d)

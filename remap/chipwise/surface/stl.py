@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Read an STL file, binary or ASCII -> triangles.
 
-Called by model.py.  Normals and attributes of the file are not used: which side is outside plays no part for the drop cutter.
+Called by model.py.  Normals and attributes of the file are not used: which side is outside plays no part for the drop
+cutter.
 """
 
 import re
@@ -11,19 +12,30 @@ import numpy as np
 
 from chipwise.errors import CycleError
 
-HEAD, RECORD = 84, 50               # bytes: of a binary file before the first triangle, of a triangle
+HEAD, RECORD = 84, 50  # bytes: of a binary file before the first triangle, of a triangle
 MAX_TRIANGLES = 5_000_000
 MAX_BYTES = HEAD + RECORD * MAX_TRIANGLES + (1 << 20)
-PART = 200_000                      # triangles read at a time
-TEXT_PART = 1 << 22                 # bytes
-MOST_WORD = 64                      # bytes of a number in an ASCII file: an array of words has room for the longest in each place
-FARTHEST = 1e6                      # of a coordinate of triangles that the header does not count: more is something else
+PART = 200_000  # triangles read at a time
+TEXT_PART = 1 << 22  # bytes
+MOST_WORD = 64  # bytes of a number in an ASCII file: an array of words has room for the longest in each place
+FARTHEST = 1e6  # of a coordinate of triangles that the header does not count: more is something else
 
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", 9), ("attribute", "<u2")])
-_MARK = b"\xef\xbb\xbf"              # of UTF-8, before a text
-_OTHERS = ((b"PK\x03\x04", "a ZIP archive, perhaps 3MF"), (b"\x1f\x8b", "packed by gzip"), (b"ISO-10303-21", "a STEP file"), (b"ply", "a PLY file"),
-           (b"\xff\xfe", "text in UTF-16"), (b"\xfe\xff", "text in UTF-16"), (b"GIF8", "a GIF picture"), (b"II*\0", "a TIFF picture"),
-           (b"MM\0*", "a TIFF picture"), (b"BM", "a BMP picture"), (b"RIFF", "a WebP picture"), (b"%PDF", "a PDF document"))
+_MARK = b"\xef\xbb\xbf"  # of UTF-8, before a text
+_OTHERS = (
+    (b"PK\x03\x04", "a ZIP archive, perhaps 3MF"),
+    (b"\x1f\x8b", "packed by gzip"),
+    (b"ISO-10303-21", "a STEP file"),
+    (b"ply", "a PLY file"),
+    (b"\xff\xfe", "text in UTF-16"),
+    (b"\xfe\xff", "text in UTF-16"),
+    (b"GIF8", "a GIF picture"),
+    (b"II*\0", "a TIFF picture"),
+    (b"MM\0*", "a TIFF picture"),
+    (b"BM", "a BMP picture"),
+    (b"RIFF", "a WebP picture"),
+    (b"%PDF", "a PDF document"),
+)
 _VERTEX = re.compile(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)", re.IGNORECASE)
 
 
@@ -33,7 +45,8 @@ def is_stl(head: bytes, size: int) -> bool:
 
 
 def read_stl(file: BinaryIO, size: int) -> tuple[np.ndarray, np.ndarray, tuple]:
-    """An open file of `size` bytes -> ((n, 9) float32, x y z of the corners of each triangle from an origin, (3,) float64, that), in the file's unit, and notes.
+    """An open file of `size` bytes -> ((n, 9) float32, x y z of the corners of each triangle from an origin, (3,)
+    float64, that), in the file's unit, and notes.
 
     Raises CycleError for a file that is cut off, damaged or of another kind, and for more than MAX_TRIANGLES."""
     head = file.read(1024)
@@ -59,13 +72,17 @@ def _check_kind(head: bytes) -> None:
     if kind is None and not re.search(rb"[^\t\n\f\r -~\x80-\xff]", head):
         kind = "text"
     if kind is not None:
-        raise CycleError(f"the file is {kind}, not an STL file", "export the model as STL, or save a picture as 16-bit grey PNG")
+        raise CycleError(
+            f"the file is {kind}, not an STL file", "export the model as STL, or save a picture as 16-bit grey PNG"
+        )
 
 
 def _more_than_said(file: BinaryIO, size: int, count: int) -> tuple[np.ndarray, tuple]:
-    """Triangles of a binary file with more bytes behind its header than `count` triangles have, and a note that says what they are.
+    """Triangles of a binary file with more bytes behind its header than `count` triangles have, and a note that says
+    what they are.
 
-    They are triangles if they are a whole number of them, finite, none of them beyond FARTHEST, and not all zero (as padding is)."""
+    They are triangles if they are a whole number of them, finite, none of them beyond FARTHEST, and not all zero (as
+    padding is)."""
     over = size - HEAD - RECORD * count
     found = (size - HEAD) // RECORD
     if over > 0 and over % RECORD == 0:
@@ -73,17 +90,26 @@ def _more_than_said(file: BinaryIO, size: int, count: int) -> tuple[np.ndarray, 
         more = corners[count:]
         if more.any() and (np.abs(more) <= FARTHEST).all():
             return corners, (f"the file has {found} triangles, its header says {count}: all {found} are read",)
-        return corners[:count].copy(), (f"{over} bytes behind the {count} triangles that the header says are something else, and are not read",)
-    notes = (f"{over} bytes behind the {count} triangles that the header says are not read; export the model again if a part of it is missing",)
+        return corners[:count].copy(), (
+            f"{over} bytes behind the {count} triangles that the header says are something else, and are not read",
+        )
+    notes = (
+        f"{over} bytes behind the {count} triangles that the header says are not read; export the model again if a "
+        f"part of it is missing",
+    )
     return _binary(file, size, count), notes if over > 0 else ()
 
 
 def _binary(file: BinaryIO, size: int, count: int) -> np.ndarray:
     if size < HEAD + RECORD * count:
-        raise CycleError(f"the STL file is cut off: it says {count} triangles and has {max(0, size - HEAD) // RECORD}",
-                         "export the model again")
+        raise CycleError(
+            f"the STL file is cut off: it says {count} triangles and has {max(0, size - HEAD) // RECORD}",
+            "export the model again",
+        )
     if count > MAX_TRIANGLES:
-        raise CycleError(f"the model has {count} triangles, more than {MAX_TRIANGLES}", "export it with a larger tolerance")
+        raise CycleError(
+            f"the model has {count} triangles, more than {MAX_TRIANGLES}", "export it with a larger tolerance"
+        )
     corners = np.empty((count, 9), np.float32)
     file.seek(HEAD)
     for begin in range(0, count, PART):
@@ -91,7 +117,7 @@ def _binary(file: BinaryIO, size: int, count: int) -> np.ndarray:
         data = file.read(RECORD * number)
         if len(data) < RECORD * number:
             raise CycleError("the STL file became shorter while it was read", "try again")
-        corners[begin:begin + number] = np.frombuffer(data, _TRIANGLE)["corners"]
+        corners[begin : begin + number] = np.frombuffer(data, _TRIANGLE)["corners"]
     return corners
 
 
@@ -103,7 +129,10 @@ def _text(file: BinaryIO) -> tuple[np.ndarray, np.ndarray]:
         text = rest + data
         cut = text.lower().rfind(b"endfacet") + len(b"endfacet") if data else len(text)
         if not data and not _is_end(text):
-            raise CycleError(f"the ASCII STL file is cut off after triangle {total}: the line endsolid is missing", "export the model again")
+            raise CycleError(
+                f"the ASCII STL file is cut off after triangle {total}: the line endsolid is missing",
+                "export the model again",
+            )
         if not data or cut >= len(b"endfacet"):
             corners = _corners(text[:cut], total)
             if origin is None and len(corners):
@@ -123,10 +152,13 @@ def _text(file: BinaryIO) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _is_end(text: bytes) -> bool:
-    """Whether the last solid ends in what comes behind the last whole facet: one endsolid is not enough, there may be several solids."""
+    """Whether the last solid ends in what comes behind the last whole facet: one endsolid is not enough, there may be
+    several solids."""
     lines = text.lower().splitlines()
     last = max((k for k, line in enumerate(lines) if b"endsolid" in line), default=None)
-    return last is not None and not any(line.split()[:1] in ([b"solid"], [b"facet"], [b"vertex"]) for line in lines[last + 1:])
+    return last is not None and not any(
+        line.split()[:1] in ([b"solid"], [b"facet"], [b"vertex"]) for line in lines[last + 1 :]
+    )
 
 
 def _corners(text: bytes, before: int) -> np.ndarray:
@@ -134,11 +166,18 @@ def _corners(text: bytes, before: int) -> np.ndarray:
     words = _VERTEX.findall(text)
     facets = len(re.findall(rb"endfacet", text, re.IGNORECASE))
     if len(words) != 3 * facets:
-        raise CycleError(f"the ASCII STL file has facets without three vertices after triangle {before}", "export the model again")
+        raise CycleError(
+            f"the ASCII STL file has facets without three vertices after triangle {before}", "export the model again"
+        )
     if any(len(word) > MOST_WORD for facet in words for word in facet):
-        raise CycleError(f"the ASCII STL file has a number of more than {MOST_WORD} characters after triangle {before}", "export the model again")
+        raise CycleError(
+            f"the ASCII STL file has a number of more than {MOST_WORD} characters after triangle {before}",
+            "export the model again",
+        )
     try:
         return np.array(words, "S").astype(np.float64).reshape(facets, 9)
     except ValueError:
-        raise CycleError(f"the ASCII STL file has a vertex that is not three numbers after triangle {before}",
-                         "export the model again") from None
+        raise CycleError(
+            f"the ASCII STL file has a vertex that is not three numbers after triangle {before}",
+            "export the model again",
+        ) from None

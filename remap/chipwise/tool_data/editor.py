@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Changes one tool in the file of tool geometry (tool_data/geometry.py), without losing comments, order, blanks and line ends.  Called by panel/entry_process.py.
+"""Changes one tool in the file of tool geometry (tool_data/geometry.py), without losing comments, order, blanks and
+line ends.  Called by panel/entry_process.py.
 
- 1. A line is the unit of change: a value is replaced in its line, a key is added behind the last one of its table, or its line taken out; a
-    tool that is new comes to the end of the file.
- 2. Only a table that begins with a line [tool.N] and has one key in each line is changed.  Whether the new text means the old one with this
-    change and nothing else is found out by reading both with tomllib.  Else the change is refused: so nothing depends on how well the lines
-    were understood.
- 3. The loader's own rules decide what a tool may be.
- 4. Who changes a tool names the checksum of the file that they have seen.
- 5. The file as it was before the first change of a day stays beside it, as NAME.DATE.bak.
- 6. A rate is cm3/min here: a tool that has the old key, in mm3/min, is shown with the new one and has it in its line once it is changed.
+1. A line is the unit of change: a value is replaced in its line, a key is added behind the last one of its table, or
+   its line taken out; a tool that is new comes to the end of the file.
+2. Only a table that begins with a line [tool.N] and has one key in each line is changed.  Whether the new text means
+   the old one with this change and nothing else is found out by reading both with tomllib.  Else the change is refused:
+   so nothing depends on how well the lines were understood.
+3. The loader's own rules decide what a tool may be.
+4. Who changes a tool names the checksum of the file that they have seen.
+5. The file as it was before the first change of a day stays beside it, as NAME.DATE.bak.
+6. A rate is cm3/min here: a tool that has the old key, in mm3/min, is shown with the new one and has it in its line
+   once it is changed.
 """
 
 import copy
@@ -27,7 +29,9 @@ from chipwise.tool_data.geometry import KEYS, MAX_BYTES, MAX_DIGITS, OLD_RATE, l
 
 UNFINISHED = ".unfinished"
 _HEADER = re.compile(r"[ \t]*\[[ \t]*tool[ \t]*\.[ \t]*(\d+)[ \t]*\][ \t]*(#.*)?$")
-_KEY = re.compile(r"(?P<before>[ \t]*(?P<key>\w+)[ \t]*=[ \t]*)(?P<value>\"[^\"\\]*\"|[^\s#\"'\[{]+)(?P<after>[ \t]*(?:#.*)?)$")
+_KEY = re.compile(
+    r"(?P<before>[ \t]*(?P<key>\w+)[ \t]*=[ \t]*)(?P<value>\"[^\"\\]*\"|[^\s#\"'\[{]+)(?P<after>[ \t]*(?:#.*)?)$"
+)
 
 
 def checksum(data: bytes) -> str:
@@ -42,28 +46,42 @@ def listed(path: str) -> dict:
     data, name = _read(path), os.path.basename(path)
     parse_tools(data.decode("utf-8"), path)
     found = tomllib.loads(data.decode("utf-8")).get("tool", {})
-    return {"file": name, "checksum": checksum(data), "tools": {str(int(number)): _with_new_rate(values) for number, values in found.items()}}
+    return {
+        "file": name,
+        "checksum": checksum(data),
+        "tools": {str(int(number)): _with_new_rate(values) for number, values in found.items()},
+    }
 
 
 def change(path: str, seen: str, number: int, values: dict) -> None:
-    """Give tool `number` these values, {key: text or number, None to take the key out}; seen: checksum of the file.  Raises CycleError; the file is
-    then as before."""
+    """Give tool `number` these values, {key: text or number, None to take the key out}; seen: checksum of the file.
+    Raises CycleError; the file is then as before."""
     path = os.path.realpath(path)
     try:
         with locked(os.path.dirname(path)):
             data = _read(path)
             if checksum(data) != seen:
-                raise CycleError("{file} has changed since this page has read it", "look at it, and change it again", file=os.path.basename(path))
+                raise CycleError(
+                    "{file} has changed since this page has read it",
+                    "look at it, and change it again",
+                    file=os.path.basename(path),
+                )
             text = changed(data.decode("utf-8"), os.path.basename(path), number, values)
             if text.encode("utf-8") == data:
                 return
             if not os.access(path, os.W_OK):
-                raise CycleError("{file} may not be written by this user", "correct its rights", file=os.path.basename(path))
+                raise CycleError(
+                    "{file} may not be written by this user", "correct its rights", file=os.path.basename(path)
+                )
             _keep(path, data)
             write_durable(path, text.encode("utf-8"), UNFINISHED, os.stat(path).st_mode & 0o777)
     except OSError as error:
-        raise CycleError("{file} cannot be written: {why}", "correct the file, its folder or [CHIPWISE]TOOL_GEOMETRY", file=os.path.basename(path),
-                         why=error.strerror or str(error)) from error
+        raise CycleError(
+            "{file} cannot be written: {why}",
+            "correct the file, its folder or [CHIPWISE]TOOL_GEOMETRY",
+            file=os.path.basename(path),
+            why=error.strerror or str(error),
+        ) from error
     load_tools(path)
 
 
@@ -73,8 +91,12 @@ def _read(path):
         data.decode("utf-8")
         return data
     except (OSError, UnicodeDecodeError) as error:
-        raise CycleError("{file} cannot be read: {why}", "correct [CHIPWISE]TOOL_GEOMETRY", file=os.path.basename(path),
-                         why=getattr(error, "strerror", None) or "it is not UTF-8") from error
+        raise CycleError(
+            "{file} cannot be read: {why}",
+            "correct [CHIPWISE]TOOL_GEOMETRY",
+            file=os.path.basename(path),
+            why=getattr(error, "strerror", None) or "it is not UTF-8",
+        ) from error
 
 
 def _keep(path, data):
@@ -88,22 +110,32 @@ def _keep(path, data):
 
 
 def changed(text: str, name: str, number: int, values: dict) -> str:
-    """The text of the file `name` with these values of tool `number`.  Raises CycleError if the tool would be wrong, or a line is not understood."""
-    if not 0 <= number < 10 ** MAX_DIGITS:
-        raise CycleError(f"{str(number)[:12]} is not a tool number", f"use a whole number of at most {MAX_DIGITS} digits")
+    """The text of the file `name` with these values of tool `number`.  Raises CycleError if the tool would be wrong, or
+    a line is not understood."""
+    if not 0 <= number < 10**MAX_DIGITS:
+        raise CycleError(
+            f"{str(number)[:12]} is not a tool number", f"use a whole number of at most {MAX_DIGITS} digits"
+        )
     for key in values:
         if key not in KEYS:
             raise CycleError("{key} is not a key of a tool", "use " + ", ".join(KEYS), key=str(key)[:40])
-    parse_tools(text, name)             # a file that is wrong is corrected by hand
+    parse_tools(text, name)  # a file that is wrong is corrected by hand
     before = tomllib.loads(text)
     wanted, converted = _wanted(before, number, values), _with_new_key(text, before, number)
     found = _with_values(converted, number, _differing(tomllib.loads(converted), number, values))
     try:
         parse_tools(found, name)
     except CycleError as error:
-        raise CycleError(error.problem, error.remedy.replace("correct the file", "correct the value"), **error.values) from None
+        raise CycleError(
+            error.problem, error.remedy.replace("correct the file", "correct the value"), **error.values
+        ) from None
     if tomllib.loads(found) != wanted:
-        raise CycleError("{file}: tool {number} is written in a form that is not changed here", "change it with an editor", file=name, number=str(number))
+        raise CycleError(
+            "{file}: tool {number} is written in a form that is not changed here",
+            "change it with an editor",
+            file=name,
+            number=str(number),
+        )
     return found
 
 
@@ -139,21 +171,31 @@ def _with_new_rate(table):
 
 
 def _with_new_key(text, document, number):
-    """The text with max_rate in the line of a tool's old key; where both are given the new one's line has the smaller."""
+    """The text with max_rate in the line of a tool's old key; where both are given the new one's line has the
+    smaller."""
     table = document.get("tool", {}).get(_name_of(document, number), {})
     lines = re.findall(r"[^\n]*\n|[^\n]+", text)
     first, end = _table(lines, number)
     if OLD_RATE not in table or first is None:
         return text
     if "max_rate" in table:
-        _change_lines(lines, first, end, {OLD_RATE: None, "max_rate": rate_of(table)} if rate_of(table) != table["max_rate"] else {OLD_RATE: None})
+        _change_lines(
+            lines,
+            first,
+            end,
+            {OLD_RATE: None, "max_rate": rate_of(table)} if rate_of(table) != table["max_rate"] else {OLD_RATE: None},
+        )
         return "".join(lines)
     for at in range(first + 1, end):
         match = _KEY.match(lines[at].rstrip("\r\n"))
         if match and match["key"] == OLD_RATE:
-            line_end = lines[at][len(lines[at].rstrip("\r\n")):]
-            lines[at] = (match["before"].replace(OLD_RATE, "max_rate") + _written(rate_of(table))
-                         + re.sub(r"^(\s*#\s*)mm3/min", r"\1cm3/min", match["after"]) + line_end)
+            line_end = lines[at][len(lines[at].rstrip("\r\n")) :]
+            lines[at] = (
+                match["before"].replace(OLD_RATE, "max_rate")
+                + _written(rate_of(table))
+                + re.sub(r"^(\s*#\s*)mm3/min", r"\1cm3/min", match["after"])
+                + line_end
+            )
     return "".join(lines)
 
 
@@ -176,7 +218,7 @@ def _with_values(text, number, values):
     added = [f"{key} = {_written(value)}{line_end}" for key, value in values.items() if value is not None]
     if added and last == len(lines) - 1:
         lines = _ended(lines, line_end)
-    return "".join([*lines[:last + 1], *added, *lines[last + 1:]])
+    return "".join([*lines[: last + 1], *added, *lines[last + 1 :]])
 
 
 def _ended(lines, line_end):
@@ -185,7 +227,8 @@ def _ended(lines, line_end):
 
 
 def _change_lines(lines, first, end, values):
-    """Change the lines of a table in place and take their keys out of the values; -> where its last line with a key is, or its first line."""
+    """Change the lines of a table in place and take their keys out of the values; -> where its last line with a key is,
+    or its first line."""
     last = first
     for at in range(end - 1, first, -1):
         body = lines[at].rstrip("\r\n")
@@ -199,16 +242,25 @@ def _change_lines(lines, first, end, values):
                 del lines[at]
                 last -= 1
             else:
-                lines[at] = match["before"] + _written(value) + match["after"] + lines[at][len(body):]
+                lines[at] = match["before"] + _written(value) + match["after"] + lines[at][len(body) :]
     return last
 
 
 def _table(lines, number):
     """Where the table of a tool begins, and the line behind its end; (None, None) without one."""
-    first = next((at for at, line in enumerate(lines) if (match := _HEADER.match(line.rstrip("\r\n"))) and int(match[1]) == number), None)
+    first = next(
+        (
+            at
+            for at, line in enumerate(lines)
+            if (match := _HEADER.match(line.rstrip("\r\n"))) and int(match[1]) == number
+        ),
+        None,
+    )
     if first is None:
         return None, None
-    return first, next((at for at in range(first + 1, len(lines)) if lines[at].lstrip(" \t").startswith("[")), len(lines))
+    return first, next(
+        (at for at in range(first + 1, len(lines)) if lines[at].lstrip(" \t").startswith("[")), len(lines)
+    )
 
 
 def _written(value: Any) -> str:

@@ -18,7 +18,8 @@ named by [CHIPWISE]TOOL_GEOMETRY, one table per tool number, lengths in mm, angl
     deflection = 0.02         # largest bending of the tool
     material = "carbide"      # of the tool: carbide, hss
 
-A rate is cm3/min wherever a person types it, as with M251.  Files of before have max_removal_rate in mm3/min; it is read, and named by old_rates().
+A rate is cm3/min wherever a person types it, as with M251.  Files of before have max_removal_rate in mm3/min; it is
+read, and named by old_rates().
 """
 
 import os
@@ -40,23 +41,23 @@ class ToolGeometry:
     """One tool.  None: not given."""
 
     shape: str = "flat"
-    corner_radius: Optional[float] = None      # mm
-    tip_angle: Optional[float] = None          # degrees, included
-    flute_length: Optional[float] = None       # mm
+    corner_radius: Optional[float] = None  # mm
+    tip_angle: Optional[float] = None  # degrees, included
+    flute_length: Optional[float] = None  # mm
     flutes: Optional[int] = None
-    max_removal_rate: Optional[float] = None   # mm3/min: max_rate of the file is cm3/min
-    stick_out: Optional[float] = None          # mm
-    holder_diameter: Optional[float] = None    # mm
-    chip_load: Optional[float] = None          # mm, largest chip thickness of an edge
-    chip_least: Optional[float] = None         # mm, smallest chip that is cut and not rubbed
-    deflection: Optional[float] = None         # mm, how far the tool may bend at its tip
-    material: Optional[str] = None             # of the tool
-    note: str = ""                             # about the old key of the rate: what to write; "" without it
+    max_removal_rate: Optional[float] = None  # mm3/min: max_rate of the file is cm3/min
+    stick_out: Optional[float] = None  # mm
+    holder_diameter: Optional[float] = None  # mm
+    chip_load: Optional[float] = None  # mm, largest chip thickness of an edge
+    chip_least: Optional[float] = None  # mm, smallest chip that is cut and not rubbed
+    deflection: Optional[float] = None  # mm, how far the tool may bend at its tip
+    material: Optional[str] = None  # of the tool
+    note: str = ""  # about the old key of the rate: what to write; "" without it
 
 
-MAX_BYTES = 1 << 18            # of a file: some thousand tools
-MAX_DIGITS = 9                 # of a tool number
-MAX_SHOWN = 40                 # characters of a wrong value in a message
+MAX_BYTES = 1 << 18  # of a file: some thousand tools
+MAX_DIGITS = 9  # of a tool number
+MAX_SHOWN = 40  # characters of a wrong value in a message
 
 _NUMBERS = {
     # key: (smallest, is the smallest itself allowed, largest, rule)
@@ -73,7 +74,7 @@ _NUMBERS = {
 }
 
 KEYS = ("shape", *_NUMBERS, "material")
-OLD_RATE = "max_removal_rate"      # mm3/min; max_rate takes its place
+OLD_RATE = "max_removal_rate"  # mm3/min; max_rate takes its place
 _OLD_NUMBERS = {OLD_RATE: (0.0, False, MAX_RATE, f"a rate above 0, at most {MAX_RATE:.0f} mm3/min")}
 
 
@@ -87,7 +88,7 @@ def _shown(value: Any) -> str:
     """A value of the file in a message."""
     try:
         text = repr(value)
-    except ValueError:                          # 0x1000.. has no limit, its decimal digits have
+    except ValueError:  # 0x1000.. has no limit, its decimal digits have
         text = "a number of thousands of digits"
     return text if len(text) <= MAX_SHOWN else text[:MAX_SHOWN] + ".."
 
@@ -125,11 +126,21 @@ def _parse_tool(path: str, tool: int, table: Any) -> ToolGeometry:
         _fail(path, tool, f"material = {_shown(material)} is unknown", "use one of " + ", ".join(MATERIALS))
     numbers = {key: _check_number(path, tool, key, table[key]) for key in (*_NUMBERS, OLD_RATE) if key in table}
     if numbers.get("chip_least", 0.0) > numbers.get("chip_load", 10.0):
-        _fail(path, tool, f"chip_least = {numbers['chip_least']} mm is more than chip_load = {numbers['chip_load']} mm", "correct the file")
+        _fail(
+            path,
+            tool,
+            f"chip_least = {numbers['chip_least']} mm is more than chip_load = {numbers['chip_load']} mm",
+            "correct the file",
+        )
     rate, note = rate_of(numbers), _rate_note(numbers)
     numbers = {key: value for key, value in numbers.items() if key not in ("max_rate", OLD_RATE)}
-    return ToolGeometry(shape=shape, **numbers, material=material, max_removal_rate=None if rate is None else rate * MM3_PER_CM3,
-                        note=braceless(f"{os.path.basename(path)}: tool {tool}: {note}") if note else "")
+    return ToolGeometry(
+        shape=shape,
+        **numbers,
+        material=material,
+        max_removal_rate=None if rate is None else rate * MM3_PER_CM3,
+        note=braceless(f"{os.path.basename(path)}: tool {tool}: {note}") if note else "",
+    )
 
 
 def rate_of(table: dict) -> Optional[float]:
@@ -146,12 +157,16 @@ def _rate_note(table: dict) -> str:
     if OLD_RATE not in table:
         return ""
     if "max_rate" in table:
-        return f"max_rate (cm3/min) and max_removal_rate (mm3/min) are both given, the smaller counts: {rate_of(table)} cm3/min; remove max_removal_rate"
+        return (
+            f"max_rate (cm3/min) and max_removal_rate (mm3/min) are both given, the smaller counts: "
+            f"{rate_of(table)} cm3/min; remove max_removal_rate"
+        )
     return f"max_removal_rate is in mm3/min; write max_rate = {rate_of(table)} (cm3/min)"
 
 
 def old_rates(path: str) -> list[str]:
-    """A line for each tool of a file that has the old key of the rate; none where the file cannot be used: who needs a tool of it says why."""
+    """A line for each tool of a file that has the old key of the rate; none where the file cannot be used: who needs a
+    tool of it says why."""
     try:
         return [tool.note for tool in load_tools(path).values() if tool.note]
     except CycleError:
@@ -162,10 +177,10 @@ def parse_tools(text: str, path: str = "tools.toml") -> dict[int, ToolGeometry]:
     """TOML text -> {tool number: ToolGeometry}.  Raises CycleError naming file, tool, key and rule."""
     try:
         document = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:       # a number of 5,000 digits is a ValueError
+    except (ValueError, RecursionError) as error:  # a number of 5,000 digits is a ValueError
         _fail(path, None, f"is not TOML: {error}", "correct the file")
     for key in document:
-        if key not in ("tool", "lathe"):                    # turning/tool.py reads the latter
+        if key not in ("tool", "lathe"):  # turning/tool.py reads the latter
             _fail(path, None, f"[{_named(key)}] is unknown", "use [tool.N], on a lathe [lathe.N], N the tool number")
     tables = document.get("tool", {})
     if not isinstance(tables, dict):
@@ -173,7 +188,12 @@ def parse_tools(text: str, path: str = "tools.toml") -> dict[int, ToolGeometry]:
     tools = {}
     for name, table in tables.items():
         if not name.isascii() or not name.isdigit() or len(name) > MAX_DIGITS:
-            _fail(path, _named(name), "is not a tool number", f"use [tool.N], N a whole number of at most {MAX_DIGITS} digits")
+            _fail(
+                path,
+                _named(name),
+                "is not a tool number",
+                f"use [tool.N], N a whole number of at most {MAX_DIGITS} digits",
+            )
         if int(name) in tools:
             _fail(path, int(name), "is given twice", "remove one of them")
         tools[int(name)] = _parse_tool(path, int(name), table)
@@ -191,7 +211,12 @@ def load_tools(path: str) -> dict[int, ToolGeometry]:
         found = os.stat(path)
         stamp = (os.path.abspath(path), found.st_mtime_ns, found.st_size, found.st_ino)
     except (OSError, ValueError) as error:
-        _fail(path, None, f"cannot be read: {getattr(error, 'strerror', None) or error}", "correct [CHIPWISE]TOOL_GEOMETRY")
+        _fail(
+            path,
+            None,
+            f"cannot be read: {getattr(error, 'strerror', None) or error}",
+            "correct [CHIPWISE]TOOL_GEOMETRY",
+        )
     if stamp not in _cache:
         _cache.clear()
         try:
@@ -207,7 +232,12 @@ def _read_tools(path: str) -> dict[int, ToolGeometry]:
     try:
         text = read_bytes(path, MAX_BYTES).decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        _fail(path, None, f"cannot be read: {getattr(error, 'strerror', None) or error}", "correct [CHIPWISE]TOOL_GEOMETRY")
+        _fail(
+            path,
+            None,
+            f"cannot be read: {getattr(error, 'strerror', None) or error}",
+            "correct [CHIPWISE]TOOL_GEOMETRY",
+        )
     return parse_tools(text, path)
 
 

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The material of the workpiece: the force that a chip of it needs.
 
-Called by monitor/ and by whoever judges a load.  Source: O. Kienzle, Die Bestimmung von Kräften und Leistungen an spanenden Werkzeugen, VDI-Z 94
-(1952): F = kc11 b h^(1 - mc), of an edge that cuts b mm wide and h mm thick.  tool_data/materials.toml has the figures, and where they are from.
+Called by monitor/ and by whoever judges a load.  Source: O. Kienzle, Die Bestimmung von Kräften und Leistungen an
+spanenden Werkzeugen, VDI-Z 94
+(1952): F = kc11 b h^(1 - mc), of an edge that cuts b mm wide and h mm thick.  tool_data/materials.toml has the figures,
+and where they are from.
 
  1. [CHIPWISE]MATERIALS names a file of the same form; what it has goes before the table of chipwise.
- 2. A program names its material in a comment, (MATERIAL,NAME=6061); else the set-up that a person has confirmed for it does, while that is in force;
-    else [CHIPWISE]MATERIAL.  None of them: the material is not known.
+ 2. A program names its material in a comment, (MATERIAL,NAME=6061); else the set-up that a person has confirmed for it
+    does, while that is in force; else [CHIPWISE]MATERIAL.  None of them: the material is not known.
  3. Names are compared without regard to capitals, blanks and the signs - _ + /.
 """
 
@@ -23,14 +25,17 @@ from chipwise.errors import CycleError, braceless
 from chipwise.host.files import open_regular, read_bytes
 
 TABLE = os.path.join(os.path.dirname(os.path.abspath(__file__)), "materials.toml")
-MAX_BYTES = 1 << 18             # of a file: some thousand materials
-READ_BYTES = 4_000_000          # of a program: it names its material near its head
-MAX_SHOWN = 40                  # characters of a wrong value in a message
-MOST_NEAR, LIKE = 3, 0.6        # names like a wrong one: how many, and how like
-GROUPS = "PMKNSH"               # ISO 513
+MAX_BYTES = 1 << 18  # of a file: some thousand materials
+READ_BYTES = 4_000_000  # of a program: it names its material near its head
+MAX_SHOWN = 40  # characters of a wrong value in a message
+MOST_NEAR, LIKE = 3, 0.6  # names like a wrong one: how many, and how like
+GROUPS = "PMKNSH"  # ISO 513
 KEYS = ("names", "group", "kc11", "mc", "source")
 # key: (smallest, largest, rule)
-_NUMBERS = {"kc11": (10.0, 20_000.0, "a specific force from 10 to 20000 N/mm2"), "mc": (0.0, 0.6, "an exponent from 0 to 0.6")}
+_NUMBERS = {
+    "kc11": (10.0, 20_000.0, "a specific force from 10 to 20000 N/mm2"),
+    "mc": (0.0, 0.6, "an exponent from 0 to 0.6"),
+}
 
 
 @dataclass(frozen=True)
@@ -91,7 +96,9 @@ def parse_materials(text: str, path: str) -> dict[str, Material]:
         material = _parse_material(path, name, table)
         for one in _names(path, name, table):
             if found.setdefault(_key(one), material) is not material:
-                _fail(path, name, f"{one[:MAX_SHOWN]} is the name of {found[_key(one)].name}, too", "remove one of them")
+                _fail(
+                    path, name, f"{one[:MAX_SHOWN]} is the name of {found[_key(one)].name}, too", "remove one of them"
+                )
     return found
 
 
@@ -112,16 +119,25 @@ def _load(path: str) -> dict[str, Material]:
 
 
 def find_material(name: str, own: str = "") -> Material:
-    """The Material of a name; own: path of [CHIPWISE]MATERIALS, "" for none [1].  Raises CycleError for a name that is not known."""
+    """The Material of a name; own: path of [CHIPWISE]MATERIALS, "" for none [1].  Raises CycleError for a name that is
+    not known."""
     for path in (own, TABLE) if own else (TABLE,):
         found = _load(path).get(_key(name))
         if found:
             return found
     shown, like = name.strip()[:MAX_SHOWN] or "(none)", near(name, own)
     if like:
-        raise CycleError("the material {name} is not known", "use {like}, or another name of docs/user/materials.md, or add it to the file of [CHIPWISE]MATERIALS",
-                         name=shown, like=", ".join(like))
-    raise CycleError("the material {name} is not known", "use a name of docs/user/materials.md, or add it to the file of [CHIPWISE]MATERIALS", name=shown)
+        raise CycleError(
+            "the material {name} is not known",
+            "use {like}, or another name of docs/user/materials.md, or add it to the file of [CHIPWISE]MATERIALS",
+            name=shown,
+            like=", ".join(like),
+        )
+    raise CycleError(
+        "the material {name} is not known",
+        "use a name of docs/user/materials.md, or add it to the file of [CHIPWISE]MATERIALS",
+        name=shown,
+    )
 
 
 def near(name: str, own: str = "") -> list[str]:
@@ -132,18 +148,24 @@ def near(name: str, own: str = "") -> list[str]:
 
 
 def named_in(text: str) -> Optional[str]:
-    """The name in the first MATERIAL comment of a program [2]; None without one.  Raises CycleError for a comment without NAME=."""
+    """The name in the first MATERIAL comment of a program [2]; None without one.  Raises CycleError for a comment
+    without NAME=."""
     for line in text.split("\n"):
         for inside in comments.insides(line, "MATERIAL"):
             match = re.fullmatch(r"\s*NAME\s*=\s*(.*\S)\s*", inside, re.IGNORECASE)
             if not match:
-                raise CycleError("(MATERIAL,{inside}) names no material", "write (MATERIAL,NAME=6061)", inside=inside.strip()[:MAX_SHOWN])
+                raise CycleError(
+                    "(MATERIAL,{inside}) names no material",
+                    "write (MATERIAL,NAME=6061)",
+                    inside=inside.strip()[:MAX_SHOWN],
+                )
             return match.group(1)
     return None
 
 
 def material_of(text: str, setting: str = "", own: str = "", job: str = "") -> Optional[Material]:
-    """The Material of a program's text, the INI file's keys MATERIAL and MATERIALS, and the name in the set-up [2]; None: not known.  Raises CycleError."""
+    """The Material of a program's text, the INI file's keys MATERIAL and MATERIALS, and the name in the set-up [2];
+    None: not known.  Raises CycleError."""
     name = named_in(text) or job or setting
     return find_material(name, own) if name else None
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Read diameters of tools from LinuxCNC's tool table, without LinuxCNC.  Called by cli/load.py, options/surface_program.py, entry/planned.py, check/assume.py and others."""
+"""Read diameters of tools from LinuxCNC's tool table, without LinuxCNC.  Called by cli/load.py,
+options/surface_program.py, entry/planned.py, check/assume.py and others."""
 
 import re
 
@@ -12,7 +13,8 @@ _DIAMETER = re.compile(r"(?:^|\s)D([-+]?[\d.]+(?:E[-+]?\d+)?)", re.IGNORECASE)
 
 
 def _tools(path):
-    """[(number, diameter in machine units, 0 if it has none)] of the lines of a table; none without a path.  Raises OSError."""
+    """[(number, diameter in machine units, 0 if it has none)] of the lines of a table; none without a path.  Raises
+    OSError."""
     text = read_bytes(path, MAX_BYTES).decode("utf-8", "replace") if path else ""
     lines = [line.partition(";")[0] for line in text.splitlines()]
     return [(int(found.group(1)), _diameter(words)) for words, found in zip(lines, map(_LINE.match, lines)) if found]
@@ -54,7 +56,11 @@ def remarks(path: str) -> dict:
     except OSError:
         return {}
     parts = [line.partition(";") for line in lines]
-    return {int(found.group(1)): remark.strip() for found, remark in ((_LINE.match(words), remark) for words, _, remark in parts) if found and remark.strip()}
+    return {
+        int(found.group(1)): remark.strip()
+        for found, remark in ((_LINE.match(words), remark) for words, _, remark in parts)
+        if found and remark.strip()
+    }
 
 
 def diameters(path: str) -> list:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The steps of a plan as lines of G-code: X a radius (G8), absolute, program units; the points are those that the tool table controls.
+"""The steps of a plan as lines of G-code: X a radius (G8), absolute, program units; the points are those that the tool
+table controls.
 
 Called by nc.py, which writes them to a file, and by g26_plan.py, whose lines G26 executes: both have the same moves.
 
@@ -15,14 +16,15 @@ from typing import Any, NamedTuple
 from chipwise.turning.request import rpm
 
 FOOT_M = 0.3048
-FINE = ("finish outside", "finish inside", "groove", "undercut", "part off", "drill")       # steps with the finish feed
+FINE = ("finish outside", "finish inside", "groove", "undercut", "part off", "drill")  # steps with the finish feed
 
 
 class Block(NamedTuple):
     """One needed step.
 
     number, name        of the step
-    tool                number of the tool; change: another one than before; back: the next one is another, or there is none
+    tool                number of the tool; change: another one than before; back: the next one is another, or there is
+                        none
     spindle             line that makes the spindle turn
     feed                program units per minute or revolution
     first               (z, x) program units, where the moves begin; z_first: the approach moves Z before X
@@ -77,8 +79,18 @@ def blocks(plan, request):
     tools = [None, *(s.tool.number for _, s in needed), None]
     for k, (number, step) in enumerate(needed, 1):
         z, x = controlled(step, *step.start)
-        yield Block(number, step.name, tools[k], tools[k] != tools[k - 1], tools[k] != tools[k + 1], spindle_line(request, step),
-                    feed_of(step, request) * scale, (z * scale, x * scale), step.tool.inside, tuple(_lines(step, scale)))
+        yield Block(
+            number,
+            step.name,
+            tools[k],
+            tools[k] != tools[k - 1],
+            tools[k] != tools[k + 1],
+            spindle_line(request, step),
+            feed_of(step, request) * scale,
+            (z * scale, x * scale),
+            step.tool.inside,
+            tuple(_lines(step, scale)),
+        )
 
 
 def controlled(step, z, x):
@@ -87,7 +99,8 @@ def controlled(step, z, x):
 
 
 def feed_of(step, request):
-    """Feed of a step, mm/min or mm/rev: the tool's own, else the program's.  Per minute it is that of the largest radius, where the spindle is slowest."""
+    """Feed of a step, mm/min or mm/rev: the tool's own, else the program's.  Per minute it is that of the largest
+    radius, where the spindle is slowest."""
     own = step.tool.finish_feed if step.name.startswith("finish") else step.tool.feed
     if own:
         return own if request.per_rev else own * speed_at(step, request, _largest_radius(step))
@@ -109,11 +122,15 @@ def speed_at(step, request, radius):
 def spindle_line(request, step=None):
     """G96 or G97 with the tool's own cutting speed, else the program's.
 
-    A drill turns at the speed of its rim, a thread is cut under G97.  G97 of the program is the largest speed: a tool's own only lowers it."""
+    A drill turns at the speed of its rim, a thread is cut under G97.  G97 of the program is the largest speed: a tool's
+    own only lowers it."""
     if step is None or not (step.speed or step.tool.cutting_speed or request.css and step.tool.point_angle):
         return (f"G96 D{request.cap:g}" if request.css else "G97") + f" S{request.speed:g} M{request.direction}"
     if request.css and not step.speed and not step.tool.point_angle:
-        return f"G96 D{request.cap:g} S{step.tool.cutting_speed / (1.0 if request.unit == 'mm' else FOOT_M):g} M{request.direction}"
+        return (
+            f"G96 D{request.cap:g} S{step.tool.cutting_speed / (1.0 if request.unit == 'mm' else FOOT_M):g} "
+            f"M{request.direction}"
+        )
     return f"G97 S{max(math.floor(speed_at(step, request, 0.0)), 1):d} M{request.direction}"
 
 

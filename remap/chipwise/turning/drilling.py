@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The drill: which one, how deep, in pecks.  Called by steps.py.
 
-The largest drill that leaves the allowance in the bore; the largest that stays inside of it, if none does or if no tool finishes the bore."""
+The largest drill that leaves the allowance in the bore; the largest that stays inside of it, if none does or if no tool
+finishes the bore."""
 
 import math
 
@@ -12,7 +13,7 @@ from chipwise.turning.path import Move, NoRoom
 from chipwise.turning.sides import ROUGH_MM
 from chipwise.turning.state import CLEARANCE_MM, OVERRUN_MM, Step, tools_of_role
 
-PECK_MM = 0.25          # of feed before the bottom that a drill has made itself
+PECK_MM = 0.25  # of feed before the bottom that a drill has made itself
 
 
 def drill(state, name):
@@ -32,8 +33,16 @@ def drill(state, name):
                 failed.append((name, tool, error))
     state.failed += failed
     room = _room(state)
-    return Step(name, False, " and ".join(f"T{tool.number}: {fill(error.problem, error.values, 'mm')}" for _, tool, error in failed)
-                or (f"no drill is smaller than the bore, diameter {2 * room:.3f} mm" if room > ROUGH_MM else "the point of no drill fits into the end of the bore"))
+    return Step(
+        name,
+        False,
+        " and ".join(f"T{tool.number}: {fill(error.problem, error.values, 'mm')}" for _, tool, error in failed)
+        or (
+            f"no drill is smaller than the bore, diameter {2 * room:.3f} mm"
+            if room > ROUGH_MM
+            else "the point of no drill fits into the end of the bore"
+        ),
+    )
 
 
 def _room(state):
@@ -44,7 +53,8 @@ def _room(state):
 def _fits(state, tool, allowance):
     """Whether a drill stays inside of the bore less an allowance, if need be with its point only."""
     return tool.diameter / 2 <= _room(state) - allowance + passes.ROUNDING_MM or (
-        not state.through and _deepest(state, tool, allowance) <= state.order.part.bore[0].z0 + allowance + _point(tool))
+        not state.through and _deepest(state, tool, allowance) <= state.order.part.bore[0].z0 + allowance + _point(tool)
+    )
 
 
 def _drilled(state, name, tool, allowance):
@@ -59,9 +69,16 @@ def _drilled(state, name, tool, allowance):
         part = clip(part, z0, math.inf)
     shape = _shape(tool, tip, state.domain[1])
     if end - tip > tool.edge:
-        raise NoRoom("the hole is {deep} deep, more than the drill's flutes of {edge}", "use a longer drill", deep=end - tip, edge=tool.edge)
+        raise NoRoom(
+            "the hole is {deep} deep, more than the drill's flutes of {edge}",
+            "use a longer drill",
+            deep=end - tip,
+            edge=tool.edge,
+        )
     if tip + point >= end:
-        return Step(name, False, f"the hole is {end - tip:.3f} mm deep, too shallow for the drill's point of {point:.3f} mm")
+        return Step(
+            name, False, f"the hole is {end - tip:.3f} mm deep, too shallow for the drill's point of {point:.3f} mm"
+        )
     before = state.stock[True]
     drilled = upper(lower(before, shape), clip(before, state.domain[0], tip))
     if not passes.worth(above(before, drilled), ROUGH_MM):
@@ -87,7 +104,12 @@ def _check_room(state, part, shape, tip, tool):
     """Raise NoRoom if the shape of the hole meets a barrier or the part."""
     inside = above(clip(state.barrier[True], tip, math.inf), shape, passes.ROUNDING_MM)
     if inside:
-        raise NoRoom("a drill of {d} would enter a barrier at Z{z}", "end the barrier of the tailstock with G23", d=tool.diameter, z=inside[-1][0])
+        raise NoRoom(
+            "a drill of {d} would enter a barrier at Z{z}",
+            "end the barrier of the tailstock with G23",
+            d=tool.diameter,
+            z=inside[-1][0],
+        )
     if above(part, shape, passes.ROUNDING_MM):
         raise NoRoom("a drill of {d} does not stay inside the bore", "use a smaller drill", d=tool.diameter)
 
@@ -119,5 +141,9 @@ def _pecks(end, tip, depth, far, first):
     count, moves = math.ceil((end - tip) / depth - 1e-9), []
     for k in range(1, count + 1):
         top = end + (tip - end) * (k - 1) / count
-        moves += [Move("rapid", top + (first if k == 1 else PECK_MM), 0.0), Move("feed", end + (tip - end) * k / count, 0.0), Move("rapid", end + CLEARANCE_MM, 0.0)]
+        moves += [
+            Move("rapid", top + (first if k == 1 else PECK_MM), 0.0),
+            Move("feed", end + (tip - end) * k / count, 0.0),
+            Move("rapid", end + CLEARANCE_MM, 0.0),
+        ]
     return [*moves, Move("rapid", far, 0.0)]

@@ -25,9 +25,10 @@ LEAD = "chipwise: "
 
 @dataclass(frozen=True)
 class TurnRequest:
-    """request: Request, complete; program: path, "" in MDI; number: of the only step to make, 0 for all; only_say: H1; zero: (z, x) mm of the
-    work coordinates on the machine; limits: ((name, low, high), ..) of its Z and X, () where they do not count; stock: path of the file of the stock,
-    "" for none; keep: write it; home: (z, x) mm where tools are changed."""
+    """request: Request, complete; program: path, "" in MDI; number: of the only step to make, 0 for all; only_say: H1;
+    zero: (z, x) mm of the work coordinates on the machine; limits: ((name, low, high), ..) of its Z and X, () where
+    they do not count; stock: path of the file of the stock, "" for none; keep: write it; home: (z, x) mm where tools
+    are changed."""
 
     request: object
     program: str = ""
@@ -55,8 +56,13 @@ def make(order):
         raise with_start(error, order.job, request.words) from error
     plan = choice.plan
     if asked.number > len(plan.steps):
-        raise CycleError(f"there is no step L{asked.number}: the plan has {len(plan.steps)}", "use G26 H1 to see the plan")
-    said = (*_texts(order, (*choice.notes, *tool_notes(part, request, machine))), *(f"{LEAD}{order.code}: {line}" for line in _said(plan, request, machine, asked)))
+        raise CycleError(
+            f"there is no step L{asked.number}: the plan has {len(plan.steps)}", "use G26 H1 to see the plan"
+        )
+    said = (
+        *_texts(order, (*choice.notes, *tool_notes(part, request, machine))),
+        *(f"{LEAD}{order.code}: {line}" for line in _said(plan, request, machine, asked)),
+    )
     try:
         _check_travel(plan, asked, machine)
     except CycleError as error:
@@ -71,15 +77,26 @@ def make(order):
         marks, record, notes = _keep(asked.stock, key, choice)
         said += _texts(order, notes)
     question = "".join(_texts(order, (resume.question(choice),))) if choice.stage else ""
-    return Outcome((), said, turning=Turning(tuple(_run(b, marks.get(b.number, ())) for b in chosen), tuple(v / request.scale for v in plan.safe),
-                                             spindle_line(request), record, question))
+    return Outcome(
+        (),
+        said,
+        turning=Turning(
+            tuple(_run(b, marks.get(b.number, ())) for b in chosen),
+            tuple(v / request.scale for v in plan.safe),
+            spindle_line(request),
+            record,
+            question,
+        ),
+    )
 
 
 def _chosen(plan, asked):
     """The blocks of a plan that are carried out."""
     chosen = [b for b in blocks(plan, asked.request) if asked.number in (0, b.number)]
     if sum(len(b.lines) for b in chosen) > asked.most_moves:
-        raise CycleError(f"the plan has more than {asked.most_moves} moves", "use a larger D, or raise [CHIPWISE]PLAN_MOVES")
+        raise CycleError(
+            f"the plan has more than {asked.most_moves} moves", "use a larger D, or raise [CHIPWISE]PLAN_MOVES"
+        )
     if asked.number:
         chosen = [b._replace(change=True, back=True) for b in chosen]
     return chosen
@@ -91,7 +108,10 @@ def _check_travel(plan, asked, machine):
         return
     steps = [(n, s) for n, s in enumerate(plan.steps, 1) if s.needed and asked.number in (0, n)]
     table = read_table(machine.table)
-    offsets = {s.tool.number: (table[s.tool.number].z * machine.unit_mm, table[s.tool.number].x * machine.unit_mm) for _, s in steps}
+    offsets = {
+        s.tool.number: (table[s.tool.number].z * machine.unit_mm, table[s.tool.number].x * machine.unit_mm)
+        for _, s in steps
+    }
     soft_limits.check(steps, asked.limits, asked.zero, offsets)
 
 
@@ -103,13 +123,24 @@ def _texts(order, notes):
 
 
 def _keep(path, key, choice):
-    """(marks of rest.Stages, kept.Record, notes): the file of a plan is written; without marks and Record where it cannot be."""
+    """(marks of rest.Stages, kept.Record, notes): the file of a plan is written; without marks and Record where it
+    cannot be."""
     found = resume.stages(choice.plan, choice.stage.step if choice.stage else "")
     try:
         return found.marks, stock_file.write(path, key, found.stages), ()
     except OSError as error:
-        return {}, None, (CycleError("the stock of a part that is stopped will not be known: {file}: {why}", "make the folder writable, or set "
-                                     "[CHIPWISE]TURNING_STOCK", file=os.path.basename(path), why=error.strerror),)
+        return (
+            {},
+            None,
+            (
+                CycleError(
+                    "the stock of a part that is stopped will not be known: {file}: {why}",
+                    "make the folder writable, or set [CHIPWISE]TURNING_STOCK",
+                    file=os.path.basename(path),
+                    why=error.strerror,
+                ),
+            ),
+        )
 
 
 def _said(plan, request, machine, asked):
@@ -118,7 +149,10 @@ def _said(plan, request, machine, asked):
         return [" ".join(line.split()) for line in text.report(plan, request, _times(plan, request, machine, asked))]
     if asked.number:
         step = plan.steps[asked.number - 1]
-        return [f"step {asked.number}, {step.name}: " + (f"T{step.tool.number}, {step.why}" if step.needed else f"not needed: {step.why}")]
+        return [
+            f"step {asked.number}, {step.name}: "
+            + (f"T{step.tool.number}, {step.why}" if step.needed else f"not needed: {step.why}")
+        ]
     return [text.summary(plan, request, _times(plan, request, machine, asked))]
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Grooves: plunges side by side, one in a groove as wide as the insert; and what other tools leave to the grooving tool.
+"""Grooves: plunges side by side, one in a groove as wide as the insert; and what other tools leave to the grooving
+tool.
 
 Called by steps.py and sides.py."""
 
@@ -9,10 +10,12 @@ from chipwise.turning import passes, reach
 from chipwise.turning.profile_function import above, clip, envelope, lower, negative
 from chipwise.turning.state import Step, tools_of_role, without_tool
 
-GROOVE_MM = 0.3         # a grooving tool does not come for less
-FIT_MM = 0.001          # an insert may be so much wider than its groove: half of it on each side is within the rounding of a drawing
-TIGHT_MM = 0.02         # a groove narrower than its insert by no more is named: it would be gouged
-SLOT = 1.5              # of the insert's width: narrower grooves are left to it whole, so that no other insert scratches into them
+GROOVE_MM = 0.3  # a grooving tool does not come for less
+FIT_MM = (
+    0.001  # an insert may be so much wider than its groove: half of it on each side is within the rounding of a drawing
+)
+TIGHT_MM = 0.02  # a groove narrower than its insert by no more is named: it would be gouged
+SLOT = 1.5  # of the insert's width: narrower grooves are left to it whole, so that no other insert scratches into them
 
 
 def groove(state, name):
@@ -31,9 +34,19 @@ def groove(state, name):
             return step
     tight = [t for t in tools if _is_too_wide(state, t)]
     if tight:
-        return Step(name, False, "a groove is narrower than the insert of " + " or ".join(f"T{t.number}" for t in tight)
-                    + f" by {FIT_MM:g} to {TIGHT_MM:g} mm and would be gouged: use a narrower insert, or draw the groove as wide as it")
-    return Step(name, False, f"nothing thicker than {GROOVE_MM:g} mm is left within reach of " + " or ".join(f"T{t.number}" for t in tools))
+        return Step(
+            name,
+            False,
+            "a groove is narrower than the insert of "
+            + " or ".join(f"T{t.number}" for t in tight)
+            + f" by {FIT_MM:g} to {TIGHT_MM:g} mm and would be gouged: use a narrower insert, or draw the groove as "
+            f"wide as it",
+        )
+    return Step(
+        name,
+        False,
+        f"nothing thicker than {GROOVE_MM:g} mm is left within reach of " + " or ".join(f"T{t.number}" for t in tools),
+    )
 
 
 def _is_too_wide(state, tool):
@@ -50,18 +63,25 @@ def _plunge(state, step, tool, fit):
         return
     done = len(step.moves)
     state.cut(step, path, framed, view, domain)
-    step.moves[done:] = [replace(m, z=m.z - fit / 2, centre=(m.centre[0] - fit / 2, m.centre[1]) if m.centre else ()) for m in step.moves[done:]]
+    step.moves[done:] = [
+        replace(m, z=m.z - fit / 2, centre=(m.centre[0] - fit / 2, m.centre[1]) if m.centre else ())
+        for m in step.moves[done:]
+    ]
 
 
 def _narrower(tool, fit):
-    """The tool with a narrower insert, whose positions are those of its own left corner: half of `fit` farther to the right."""
+    """The tool with a narrower insert, whose positions are those of its own left corner: half of `fit` farther to the
+    right."""
     return replace(tool, flat=max(tool.flat - fit, 0.0)) if fit else tool
 
 
 def left_to_groove(state, name, tool):
-    """Graph of the grooves that a tool leaves to a later grooving tool: narrow ones that it does not clear, filled to the lower of their edges."""
+    """Graph of the grooves that a tool leaves to a later grooving tool: narrow ones that it does not clear, filled to
+    the lower of their edges."""
     order = state.order.order
-    tools = tools_of_role(state, "groove", False, flat_bottom=True) if "groove" in order[order.index(name) + 1:] else []
+    tools = (
+        tools_of_role(state, "groove", False, flat_bottom=True) if "groove" in order[order.index(name) + 1 :] else []
+    )
     if not tools:
         return []
     if tool.number not in state.lids:
@@ -72,8 +92,12 @@ def left_to_groove(state, name, tool):
             filled = negative(reach.window(negative(reach.window(part, 0.0, width)), -width, 0.0))
             cleared = lower(_standing(state, other), _standing(state, _narrower(other, FIT_MM)))
             left = above(_standing(state, tool), cleared, passes.ROUNDING_MM)
-            lids += [p for z0, z1, _, height in above(filled, cleared, passes.ROUNDING_MM)
-                     if height > GROOVE_MM and any(r[3] > GROOVE_MM and r[0] < z1 and r[1] > z0 for r in left) for p in clip(filled, z0, z1)]
+            lids += [
+                p
+                for z0, z1, _, height in above(filled, cleared, passes.ROUNDING_MM)
+                if height > GROOVE_MM and any(r[3] > GROOVE_MM and r[0] < z1 and r[1] > z0 for r in left)
+                for p in clip(filled, z0, z1)
+            ]
         state.lids[tool.number] = lids
     return _joined(state.lids[tool.number])
 

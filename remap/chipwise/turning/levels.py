@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Heights of the levels of roughing: no more than the depth of cut apart, and such that their passes are short.
 
-Called by passes.py.  Stock of one height is cut in equal levels or D apart.  Where the stock has steps (a casting, the end that a drill has left) a
-grid from its highest place may take a thin slice from a long lower one: so grids that begin at the lower tops are compared, too.  The length of
-the passes is estimated on a place in the middle of each piece.
+Called by passes.py.  Stock of one height is cut in equal levels or D apart.  Where the stock has steps (a casting, the
+end that a drill has left) a grid from its highest place may take a thin slice from a long lower one: so grids that
+begin at the lower tops are compared, too.  The length of the passes is estimated on a place in the middle of each
+piece.
 """
 
 import math
@@ -14,24 +15,27 @@ from chipwise.turning.profile_function import clip, highest, lowest, value
 
 MAX_LEVELS = 400
 ROUNDING_MM = 1e-6
-THIN = 0.2              # of the depth of cut: a last level that is thinner is avoided unless it saves SAVING
-SAVING = 0.03           # of the length of the passes
-TOPS = 3                # lower tops that are compared
-LONG = 0.1              # of the interval: a flat top is at least so long
-FLAT = 0.001            # mm per mm
-CELLS = 4               # places on a piece, at most
+THIN = 0.2  # of the depth of cut: a last level that is thinner is avoided unless it saves SAVING
+SAVING = 0.03  # of the length of the passes
+TOPS = 3  # lower tops that are compared
+LONG = 0.1  # of the interval: a flat top is at least so long
+FLAT = 0.001  # mm per mm
+CELLS = 4  # places on a piece, at most
 
 
 def levels(reach, contact, interval, depth):
-    """(top of the stock in an interval, heights of the cuts below it, from above): `depth` apart at most.  Graphs of positions; mm."""
+    """(top of the stock in an interval, heights of the cuts below it, from above): `depth` apart at most.  Graphs of
+    positions; mm."""
     a, b = interval
-    if b - a > 4 * ROUNDING_MM:             # a wall at the end belongs to what is beside
+    if b - a > 4 * ROUNDING_MM:  # a wall at the end belongs to what is beside
         a, b = a + ROUNDING_MM, b - ROUNDING_MM
     surface, floor = clip(contact, a, b), clip(reach, a, b)
     high, low = highest(surface, a, b), min(map(lowest, floor))
     count = _count(high - low, depth)
     if count > MAX_LEVELS:
-        raise CycleError(f"the depth of cut {{d}} makes {count} levels, more than {MAX_LEVELS}", "use a larger D", d=depth)
+        raise CycleError(
+            f"the depth of cut {{d}} makes {count} levels, more than {MAX_LEVELS}", "use a larger D", d=depth
+        )
     found = _grids(high, low, depth, _tops(surface, low, high))
     if len(found) == 1:
         return high, found[0]
@@ -93,5 +97,8 @@ def _length(grid, high, places):
     """mm of passes: a place is passed by each level that ends below its surface and begins above its floor."""
     heights = [-c for c in grid]
     begins = [-high, *heights[:-1]]
-    return sum(along * (bisect_left(begins, -low - ROUNDING_MM) - bisect_right(heights, -up + ROUNDING_MM)) for along, up, low in places
-               if up - low > ROUNDING_MM)
+    return sum(
+        along * (bisect_left(begins, -low - ROUNDING_MM) - bisect_right(heights, -up + ROUNDING_MM))
+        for along, up, low in places
+        if up - low > ROUNDING_MM
+    )

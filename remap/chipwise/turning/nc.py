@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A plan as a program in plain G-code: one commented block a step, for machines without chipwise.  Called by cli/turn.py."""
+"""A plan as a program in plain G-code: one commented block a step, for machines without chipwise.  Called by
+cli/turn.py."""
 
 from chipwise.errors import CycleError, printable
 from chipwise.turning.blocks import approach, blocks
@@ -10,8 +11,13 @@ def program(plan, request, title):
     if not request.speed or not request.direction:
         raise CycleError("the spindle does not turn at G26", "program S and M3 or M4 before G26", "G26")
     made = {block.number: block for block in blocks(plan, request)}
-    lines = [f"({_plain(title)})", "(X is a radius. Tools are changed where the machine is now: begin with every tool clear of work, chuck and tailstock.)",
-             f"{'G20' if request.unit == 'in' else 'G21'} G18 G8 G40 G49 G61 G80 G90 G91.1", "G95" if request.per_rev else "G94"]
+    lines = [
+        f"({_plain(title)})",
+        "(X is a radius. Tools are changed where the machine is now: begin with every tool clear of work, chuck and "
+        "tailstock.)",
+        f"{'G20' if request.unit == 'in' else 'G21'} G18 G8 G40 G49 G61 G80 G90 G91.1",
+        "G95" if request.per_rev else "G94",
+    ]
     for number, step in enumerate(plan.steps, 1):
         if number in made:
             lines += ["", *_block(made[number], step, request)]

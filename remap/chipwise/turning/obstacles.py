@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""What keeps a tool from a place: its edges, its holder, or a barrier before one of them.  Called by steps.py for what it refuses."""
+"""What keeps a tool from a place: its edges, its holder, or a barrier before one of them.  Called by steps.py for what
+it refuses."""
 
 from chipwise.turning import reach
 from chipwise.turning.profile_function import clip, highest
@@ -8,11 +9,14 @@ EDGE, HOLDER, BARRIER = "an edge that reaches over the work", "its holder", "a b
 
 
 def obstacle(state, tool, work, z0, z1, edges=True):
-    """(mm, text) of the highest position from z0 to z1 at which an outside tool touches something, and with what.  work: graph that has to stay; edges: of
-    the edges, too."""
+    """(mm, text) of the highest position from z0 to z1 at which an outside tool touches something, and with what.
+    work: graph that has to stay; edges: of the edges, too."""
     barrier = state.barrier[False]
     found = [(EDGE, reach.dilated(work, tool, 0.0, state.domain))] if edges else []
     found += [(HOLDER, clip(reach.holder_height(work, tool), *state.domain))]
     if barrier:
-        found += [(BARRIER, reach.dilated(barrier, tool, 0.0, state.domain)), (BARRIER, clip(reach.holder_height(barrier, tool), *state.domain))]
+        found += [
+            (BARRIER, reach.dilated(barrier, tool, 0.0, state.domain)),
+            (BARRIER, clip(reach.holder_height(barrier, tool), *state.domain)),
+        ]
     return max((highest(graph, z0, z1), text) for text, graph in found)

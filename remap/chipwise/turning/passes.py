@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Passes of one tool: roughing in levels, finishing along the profile, facing, plunging.
 
-Called by steps.py.  Works on graphs of positions (reach.py): `reach`, the lowest positions allowed, and `contact`, those at
-which the tool touches the stock.  Every feed is on or above `reach`; every rapid is above `contact` by the clearance, or leaves
-along a place that has just been cut.
+Called by steps.py.  Works on graphs of positions (reach.py): `reach`, the lowest positions allowed, and `contact`,
+those at which the tool touches the stock.  Every feed is on or above `reach`; every rapid is above `contact` by the
+clearance, or leaves along a place that has just been cut.
 
-A level at height c follows max(reach, c), so that it climbs the shoulder it ends at by one level, and enters a valley along
-its wall.  The stock's contact after it is min(contact, max(reach, c)) exactly, because reach is made by the tool itself.
+A level at height c follows max(reach, c), so that it climbs the shoulder it ends at by one level, and enters a valley
+along its wall.  The stock's contact after it is min(contact, max(reach, c)) exactly, because reach is made by the tool
+itself.
 """
 
 import math
@@ -17,26 +18,30 @@ from chipwise.turning.profile_function import above, at, clip, flat, highest, lo
 from chipwise.turning.levels import levels
 from chipwise.turning.path import ROUNDING_MM, Path
 
-THIN = 0.8              # of what a step may leave: ends of cuts on slopes are left for the finish
-SLOT_MM, ONE_MM = 0.05, 0.002   # positions of a grooving tool in a groove hardly wider than it; in one as wide as it
-WALL_MM = 2e-4          # within so much the walls of such a groove are
-MERGE_MM = 2.0          # of two parts of a finish with so little between them one is made
+THIN = 0.8  # of what a step may leave: ends of cuts on slopes are left for the finish
+SLOT_MM, ONE_MM = 0.05, 0.002  # positions of a grooving tool in a groove hardly wider than it; in one as wide as it
+WALL_MM = 2e-4  # within so much the walls of such a groove are
+MERGE_MM = 2.0  # of two parts of a finish with so little between them one is made
 
 
 def worth(regions, least):
-    """Regions of above() that are higher than `least` mm and larger than its square: the others are rounding beside walls."""
+    """Regions of above() that are higher than `least` mm and larger than its square: the others are rounding beside
+    walls."""
     return [r for r in regions if r[3] > least and r[2] > least * least]
 
 
 def rough(work, zone, depth, least):
-    """Path of the levels from the top of the stock down to reach, within zone (z0, z1); intervals with less than `least` mm on
-    them are left out.  None if nothing is to be cut.
+    """Path of the levels from the top of the stock down to reach, within zone (z0, z1); intervals with less than
+    `least` mm on them are left out.  None if nothing is to be cut.
 
-    Each region has levels from its own top, so that no place is passed more often than its stock is deep.  Of all regions the highest
-    level is next: elsewhere the stock is never higher than that by more than `depth` (reach.reachable_in_levels)."""
+    Each region has levels from its own top, so that no place is passed more often than its stock is deep.  Of all
+    regions the highest level is next: elsewhere the stock is never higher than that by more than `depth`
+    (reach.reachable_in_levels)."""
     contact = clip(work.contact, *zone)
-    regions = [_Region(a, b, *levels(work.reach, contact, (a, b), depth))
-               for a, b, _, _ in worth(above(contact, clip(work.reach, *zone), ROUNDING_MM), least)]
+    regions = [
+        _Region(a, b, *levels(work.reach, contact, (a, b), depth))
+        for a, b, _, _ in worth(above(contact, clip(work.reach, *zone), ROUNDING_MM), least)
+    ]
     if not regions:
         return None
     path, now = Path(work), work.contact
@@ -45,19 +50,31 @@ def rough(work, zone, depth, least):
         a, b, top, heights = regions[-k]
         floor = upper(work.reach, [flat(a, b, c)])
         higher = min((level for level in heights if level > c), default=top)
-        left = math.inf                     # end of what has been cut in columns at this level
+        left = math.inf  # end of what has been cut in columns at this level
         for z0, z1, _, _ in reversed(worth(above(clip(now, a, b), floor, ROUNDING_MM), min(least, 0.5 * (higher - c)))):
-            columns = transverse.choose(work, now, (a, b), 0.5 * (z0 + z1), depth) if z1 - z0 < higher - heights[-1] and z1 <= left else None
+            columns = (
+                transverse.choose(work, now, (a, b), 0.5 * (z0 + z1), depth)
+                if z1 - z0 < higher - heights[-1] and z1 <= left
+                else None
+            )
             if columns:
                 now, left = transverse.cut(path, now, columns), columns[-1].z
             elif z1 <= left:
-                _cut(path, now, floor, *_thick_part(clip(now, z0, z1), floor, min(THIN * min(least, 0.5 * (higher - c)), work.tooth), (z0, z1)))
+                _cut(
+                    path,
+                    now,
+                    floor,
+                    *_thick_part(
+                        clip(now, z0, z1), floor, min(THIN * min(least, 0.5 * (higher - c)), work.tooth), (z0, z1)
+                    ),
+                )
         now = [*clip(now, -math.inf, a), *lower(clip(now, a, b), clip(floor, a, b)), *clip(now, b, math.inf)]
     return path
 
 
 def _thick_part(now, floor, thin, interval):
-    """The interval without its ends where less than `thin` mm is left above the floor: a step that finishes takes them."""
+    """The interval without its ends where less than `thin` mm is left above the floor: a step that finishes takes
+    them."""
     found = above(now, floor, thin) if thin > ROUNDING_MM else []
     return (found[0][0], found[-1][1]) if found else interval
 
@@ -82,9 +99,11 @@ def _cut(path, now, floor, a, b):
 
 
 def _climb(path, wall, level, aside):
-    """Up a wall to the level before, or to where nothing is left of the stock: what the edge leaves there leans away from it.
+    """Up a wall to the level before, or to where nothing is left of the stock: what the edge leaves there leans away
+    from it.
 
-    aside: the tool could leave the wall at once; then a tooth may stay there, else all teeth above are taken: it goes up by rapid."""
+    aside: the tool could leave the wall at once; then a tooth may stay there, else all teeth above are taken: it goes
+    up by rapid."""
     work = path.work
     x = min(wall, highest(work.stock, path.z - work.nose, path.z))
     if aside or not work.tooth:
@@ -124,11 +143,19 @@ def face(work, levels, x_from, x_to):
 
 
 def plunge(work, zone, width, least, slots_only=False):
-    """Path of plunges of a grooving tool, side by side by `width`, then along reach; one in a slot, a groove hardly wider than the tool.  None if
-    nothing is to be cut."""
+    """Path of plunges of a grooving tool, side by side by `width`, then along reach; one in a slot, a groove hardly
+    wider than the tool.  None if nothing is to be cut."""
     contact, reach = clip(work.contact, *zone), clip(work.reach, *zone)
     slots = [r for r in above(contact, reach, least) if _is_slot(work, r, least)]
-    wide = [] if slots_only else [r for r in worth(above(contact, reach, ROUNDING_MM), least) if not any(r[0] < s[1] and s[0] < r[1] for s in slots)]
+    wide = (
+        []
+        if slots_only
+        else [
+            r
+            for r in worth(above(contact, reach, ROUNDING_MM), least)
+            if not any(r[0] < s[1] and s[0] < r[1] for s in slots)
+        ]
+    )
     regions = sorted(slots + wide)
     if not regions:
         return None
@@ -144,7 +171,9 @@ def plunge(work, zone, width, least, slots_only=False):
             path.link(z, surface + gap)
             path.feed(z, bottom)
             if k:
-                path.lowered([flat(z, z + (b - a) / count, highest(work.reach, z, z + (b - a) / count) + 2 * work.nose)])
+                path.lowered(
+                    [flat(z, z + (b - a) / count, highest(work.reach, z, z + (b - a) / count) + 2 * work.nose)]
+                )
             path.leave(z)
         if slot:
             _plunge_slot(path, a, b)
@@ -160,7 +189,11 @@ def _is_slot(work, region, least):
     """Whether a region of positions is narrow and has walls on both sides."""
     a, b = region[:2]
     low = highest(work.reach, 0.5 * (a + b), 0.5 * (a + b)) + least
-    return WALL_MM < b - a < SLOT_MM and highest(work.reach, a - WALL_MM, a) > low and highest(work.reach, b, b + WALL_MM) > low
+    return (
+        WALL_MM < b - a < SLOT_MM
+        and highest(work.reach, a - WALL_MM, a) > low
+        and highest(work.reach, b, b + WALL_MM) > low
+    )
 
 
 def _plunge_slot(path, a, b):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The path of one step in the making: moves, and contact with what is left, for links that keep clear of it.
 
-Called by passes.py, sides.py, drilling.py, thread.py, steps.py and state.py.  A rapid keeps `beside` from stock at all sides, or goes away from it where a cut has
-ended; what cannot be farther from it is a feed.
+Called by passes.py, sides.py, drilling.py, thread.py, steps.py and state.py.  A rapid keeps `beside` from stock at all
+sides, or goes away from it where a cut has ended; what cannot be farther from it is a feed.
 """
 
 import math
@@ -12,10 +12,14 @@ from chipwise.errors import CycleError
 from chipwise.turning.profile_function import above, clip, highest, lower, segment, upper, value
 
 ROUNDING_MM = 1e-6
-SHORT_MM = 1e-7         # of a shorter move only rounding is left
-ARC_MM = 0.002          # a shorter arc is a line: one whose printed ends are equal would be a full circle to LinuxCNC
-BESIDE_MM = 0.2         # TRAVERSE_CLEARANCE of a machine that does not say it
-LEAVES = ((1.0, 0.43), (2.0, 0.94), (3.0, 1.25))    # rise of a rapid away from the work, and of the stock below it at most: 20 degrees between them
+SHORT_MM = 1e-7  # of a shorter move only rounding is left
+ARC_MM = 0.002  # a shorter arc is a line: one whose printed ends are equal would be a full circle to LinuxCNC
+BESIDE_MM = 0.2  # TRAVERSE_CLEARANCE of a machine that does not say it
+LEAVES = (
+    (1.0, 0.43),
+    (2.0, 0.94),
+    (3.0, 1.25),
+)  # rise of a rapid away from the work, and of the stock below it at most: 20 degrees between them
 
 
 class NoRoom(CycleError):
@@ -24,8 +28,8 @@ class NoRoom(CycleError):
 
 @dataclass(frozen=True)
 class Move:
-    """kind "rapid", "feed", "arc" or "thread"; end (z, x) of the nose's centre, mm; of an arc centre (z, x) and direction; of a thread mm per
-    revolution of the spindle."""
+    """kind "rapid", "feed", "arc" or "thread"; end (z, x) of the nose's centre, mm; of an arc centre (z, x) and
+    direction; of a thread mm per revolution of the spindle."""
 
     kind: str
     z: float
@@ -45,12 +49,14 @@ class Work:
     roof                mm: no position is above (a boring bar's far side); inf outside
     clearance, beside   mm: of an approach; that a rapid keeps from stock
     touch               graph as contact, of the insert without its relief and of what reliefs have left; () for contact
-    given, near         graph: positions that touch the blank, or what a drill has left of it; mm of feed before a surface that is below it: this plan
-                        has made it, with an insert, and it is where the plan has it
+    given, near         graph: positions that touch the blank, or what a drill has left of it; mm of feed before a
+                        surface that is below it: this plan has made it, with an insert, and it is where the plan has it
     faced               the stock is such a surface from this Z on; inf: its end is the blank's
-    stock, nose         graph before the step, and mm: a climb ends where the widest place of the nose has passed the stock
+    stock, nose         graph before the step, and mm: a climb ends where the widest place of the nose has passed the
+                        stock
     tool                LatheTool, None where only levels are cut
-    lean, tooth         mm per mm by which the edge at the wall leans away from it; mm that may stay there after each level, 0 for nothing
+    lean, tooth         mm per mm by which the edge at the wall leans away from it; mm that may stay there after each
+                        level, 0 for nothing
     """
 
     reach: list
@@ -76,10 +82,10 @@ class Path:
 
     def __init__(self, work):
         self.work, self.moves = work, []
-        self.cut, self.cut_at = [], []          # path graph of every part that was fed; how many moves there were then
-        self.transverse, self.columns = [], 0   # (z0, z1) of what was cut in columns; how many of them
+        self.cut, self.cut_at = [], []  # path graph of every part that was fed; how many moves there were then
+        self.transverse, self.columns = [], 0  # (z0, z1) of what was cut in columns; how many of them
         self.z, self.x = work.start
-        self.now = list(work.touch or work.contact)     # contact with what is left
+        self.now = list(work.touch or work.contact)  # contact with what is left
 
     def rapid(self, z, x):
         if abs(z - self.z) > SHORT_MM or abs(x - self.x) > SHORT_MM:
@@ -101,8 +107,11 @@ class Path:
 
     def _limit(self, x):
         if x > self.work.roof + ROUNDING_MM:
-            raise NoRoom("the boring bar would touch the far side of the bore: it is {wide} too wide",
-                         "use a smaller bar, or drill a larger hole", wide=x - self.work.roof)
+            raise NoRoom(
+                "the boring bar would touch the far side of the bore: it is {wide} too wide",
+                "use a smaller bar, or drill a larger hole",
+                wide=x - self.work.roof,
+            )
 
     def follow(self, path, z1, z0):
         """Feed along a graph from z1 to the left to z0, walls included."""
@@ -146,7 +155,8 @@ class Path:
         self.feed(z, x)
 
     def _approach(self, z, x):
-        """To z and down to x, or to where a rapid has to end above it.  Under a roof the move across may have to be a feed."""
+        """To z and down to x, or to where a rapid has to end above it.  Under a roof the move across may have to be a
+        feed."""
         least, most = max(self._height(min(z, self.z), max(z, self.z), x), self.x), self.work.roof
         high = max(least, min(max(self._free(self.z, z), least), most))
         self.feed(self.z, min(max(self.x, self._free(self.z, self.z)), high))
@@ -163,7 +173,8 @@ class Path:
         self.link(*self.work.start)
 
     def _height(self, z0, z1, x):
-        """Of a rapid between two places, no lower than x: above all between them.  At the places themselves walls are touched at most."""
+        """Of a rapid between two places, no lower than x: above all between them.  At the places themselves walls are
+        touched at most."""
         z0, z1 = z0 + ROUNDING_MM, z1 - ROUNDING_MM
         found = max(highest(self.now, z0, z1), highest(self.work.block, z0, z1)) if z1 > z0 else -math.inf
         return max(x, found + self.work.clearance)
@@ -178,7 +189,9 @@ class Path:
         gap = self.work.clearance
         x = value(clip(path, z - 1.0, z)[-1], z)
         here = highest(now, z, z)
-        beyond = max(highest(now, z + ROUNDING_MM, z + gap), highest(path, z, z + gap), highest(self.work.block, z, z + gap))
+        beyond = max(
+            highest(now, z + ROUNDING_MM, z + gap), highest(path, z, z + gap), highest(self.work.block, z, z + gap)
+        )
         made = here < highest(self.work.given, z, z) - ROUNDING_MM
         if here > x + ROUNDING_MM and beyond <= x + ROUNDING_MM:
             self._approach(z + (self.work.near if made or z >= self.work.faced else gap), x)
@@ -188,30 +201,41 @@ class Path:
         self.feed(z, x)
 
     def can_leave(self, b):
-        """Rise (mm per mm) of a move to the upper right that goes away from what is left where a cut that began at b has ended; None: it would not."""
+        """Rise (mm per mm) of a move to the upper right that goes away from what is left where a cut that began at b
+        has ended; None: it would not."""
         gap, beside = self.work.clearance, self.work.beside
         end = self.z + gap
-        holder = upper(clip(self.work.block, max(b, self.z + ROUNDING_MM), end), clip(self.work.reach, self.z + ROUNDING_MM, end))
+        holder = upper(
+            clip(self.work.block, max(b, self.z + ROUNDING_MM), end), clip(self.work.reach, self.z + ROUNDING_MM, end)
+        )
         for rise, most in LEAVES:
             high = self.x + gap * rise
             below = [segment(self.z, self.x, end, self.x + gap * most), *self._below_beside(rise, most)]
-            if (high <= self.work.roof and not above(clip(self.now, self.z + ROUNDING_MM, end + beside), below, ROUNDING_MM)
-                    and not above(holder, [segment(self.z, self.x, end, high)], ROUNDING_MM)):
+            if (
+                high <= self.work.roof
+                and not above(clip(self.now, self.z + ROUNDING_MM, end + beside), below, ROUNDING_MM)
+                and not above(holder, [segment(self.z, self.x, end, high)], ROUNDING_MM)
+            ):
                 return rise
         return None
 
     def _below_beside(self, rise, most):
-        """Graph, from where a move away with this rise would end: stock below it is `beside` from the move, or has at most the rise `most`, and is
-        `beside` below its end."""
+        """Graph, from where a move away with this rise would end: stock below it is `beside` from the move, or has at
+        most the rise `most`, and is `beside` below its end."""
         gap, beside = self.work.clearance, self.work.beside
-        apart = beside * math.hypot(1.0, rise) / rise       # along Z
+        apart = beside * math.hypot(1.0, rise) / rise  # along Z
         top = gap * rise - beside
 
         def height(along):
             return min(top, max(most * along, rise * (along - apart)))
+
         bends = (rise * apart / (rise - most), top / most, apart + top / rise)
         places = [gap, *sorted(place for place in bends if gap < place < gap + beside), gap + beside]
-        return [segment(self.z + a, self.x + height(a), self.z + b, self.x + height(b)) for a, b in zip(places, places[1:]) if b > a]
+        return [
+            segment(self.z + a, self.x + height(a), self.z + b, self.x + height(b))
+            for a, b in zip(places, places[1:])
+            if b > a
+        ]
 
     def leave(self, b):
         """Away from the work, if it can be."""

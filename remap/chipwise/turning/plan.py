@@ -18,9 +18,11 @@ from chipwise.turning.profile_function import above, clip, flat, negative, value
 from chipwise.turning.state import ORDER, State
 from chipwise.turning.steps import REPEATED, STEPS
 
-MISSING_MM = 0.01       # the blank may be smaller than the part by so much
-THICK_MM = 0.3          # a tool that could not go somewhere is a reason to refuse the plan if more than that is left on its side
-RESIDUE_MM = 0.003      # thinner residue is not listed, nor of a smaller area than its square
+MISSING_MM = 0.01  # the blank may be smaller than the part by so much
+THICK_MM = (
+    0.3  # a tool that could not go somewhere is a reason to refuse the plan if more than that is left on its side
+)
+RESIDUE_MM = 0.003  # thinner residue is not listed, nor of a smaller area than its square
 
 
 @dataclass(frozen=True)
@@ -37,7 +39,8 @@ class Residue:
 
 @dataclass(frozen=True)
 class Plan:
-    """order; steps; residue: (Residue, ..); stock: {inside: graph} at the end; safe: (z, x) mm where tools are changed."""
+    """order; steps; residue: (Residue, ..); stock: {inside: graph} at the end; safe: (z, x) mm where tools are
+    changed."""
 
     order: object
     steps: tuple
@@ -72,7 +75,7 @@ def _made(state, name):
     """The Steps of a name: rest machining, finishing and grooving are repeated as long as another tool reaches more."""
     step = STEPS[name](state, name)
     yield step
-    while name in REPEATED and step.needed:         # each tool once: State.made
+    while name in REPEATED and step.needed:  # each tool once: State.made
         step = STEPS[name](state, name)
         if step.needed:
             yield step
@@ -87,19 +90,34 @@ def _check(order):
     """Refuse a blank that is smaller than the part, and a part inside of a barrier."""
     part, blank = order.part, order.blank
     if blank.z0 > part.z0 + MISSING_MM or blank.z1 < part.z1 - MISSING_MM:
-        raise CycleError("the blank ends at Z{a} and Z{b}, the part at Z{c} and Z{d}", "the blank has to hold the part",
-                         a=blank.z0, b=blank.z1, c=part.z0, d=part.z1)
+        raise CycleError(
+            "the blank ends at Z{a} and Z{b}, the part at Z{c} and Z{d}",
+            "the blank has to hold the part",
+            a=blank.z0,
+            b=blank.z1,
+            c=part.z0,
+            d=part.z1,
+        )
     for name, wanted, given in (("outside", part.outside, blank.outside), ("inside", part.bore, blank.bore)):
         missing = above(wanted, given, MISSING_MM) if wanted and given else []
         if missing:
             z0, z1, _, height = missing[0]
-            raise CycleError(f"the blank is smaller than the part {name} by {{h}} from Z{{a}} to Z{{b}}", "correct the blank or the part",
-                             h=height, a=z0, b=z1)
+            raise CycleError(
+                f"the blank is smaller than the part {name} by {{h}} from Z{{a}} to Z{{b}}",
+                "correct the blank or the part",
+                h=height,
+                a=z0,
+                b=z1,
+            )
     for z0, z1, x0, x1 in order.barriers:
         inside = [p for p in clip(part.outside, z0, z1) if p.z1 > z0 and p.z0 < z1]
         if inside and x1 > 0:
-            raise CycleError("the part goes into a barrier, from Z{a} to Z{b}", "clamp it farther back, or correct G22", a=max(z0, part.z0),
-                             b=min(z1, part.z1))
+            raise CycleError(
+                "the part goes into a barrier, from Z{a} to Z{b}",
+                "clamp it farther back, or correct G22",
+                a=max(z0, part.z0),
+                b=min(z1, part.z1),
+            )
 
 
 def _residue(state):
@@ -107,16 +125,20 @@ def _residue(state):
     for inside, wanted in ((False, state.order.part.outside + _hole_in_front(state)), (True, state.order.part.bore)):
         stock = clip(state.stock[inside], state.order.part.z0, math.inf)
         for z0, z1, area, height in reversed(above(stock, wanted)):
-            if height > RESIDUE_MM and area > RESIDUE_MM ** 2:
+            if height > RESIDUE_MM and area > RESIDUE_MM**2:
                 lines = sorted({p.line for p in clip(wanted, z0, z1) if p.line})
                 yield Residue(z0, z1, area, height, inside, tuple(lines))
 
 
 def _hole_in_front(state):
-    """Graph of what may be in front of the face: nothing but the hole, to the axis where there is none.  Facing has cut it off: there it is as at its end."""
+    """Graph of what may be in front of the face: nothing but the hole, to the axis where there is none.  Facing has cut
+    it off: there it is as at its end."""
     face, hole = state.order.part.z1, state.stock[True]
     end = hole[-1].z1 if hole else -math.inf
-    return [*negative(clip(hole, face, math.inf)), flat(max(face, end), state.domain[1], -value(hole[-1], end) if hole else 0.0)]
+    return [
+        *negative(clip(hole, face, math.inf)),
+        flat(max(face, end), state.domain[1], -value(hole[-1], end) if hole else 0.0),
+    ]
 
 
 def total_length(steps):
@@ -136,4 +158,3 @@ def lengths(step):
         found.append((m.kind, chord))
         z, x = m.z, m.x
     return found
-

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Part and blank as graphs: the outside x(z), and the bore mirrored, -x(z), so that both are cut from above.
 
-Called by read_part.py and resume.py.  A sub is read by contour_sub with Z as its first and X as its second coordinate.  It holds
-one chain: the outside, in either direction; or bore, face and outside in one chain, open or closed.
+Called by read_part.py and resume.py.  A sub is read by contour_sub with Z as its first and X as its second coordinate.
+It holds one chain: the outside, in either direction; or bore, face and outside in one chain, open or closed.
 """
 
 import math
@@ -16,14 +16,15 @@ from chipwise.errors import Across, CycleError
 from chipwise.geometry.base import elements
 from chipwise.turning.profile_function import Piece, above, closed, flat, highest, negative, segment, value
 
-VERTICAL_MM = 1e-6      # an element narrower than this in Z is a wall
-BELOW_AXIS_MM = 1e-6    # rounding of X0
-CLOSE_MM = 1e-5         # walls that are dropped leave gaps of this width
+VERTICAL_MM = 1e-6  # an element narrower than this in Z is a wall
+BELOW_AXIS_MM = 1e-6  # rounding of X0
+CLOSE_MM = 1e-5  # walls that are dropped leave gaps of this width
 
 
 @dataclass(frozen=True)
 class Profile:
-    """outside, bore: graphs (bore: -x(z), [] for none); z0, z1: mm, left and right end; threads: (thread_comment.Thread, ..)."""
+    """outside, bore: graphs (bore: -x(z), [] for none); z0, z1: mm, left and right end; threads:
+    (thread_comment.Thread, ..)."""
 
     outside: list
     bore: list
@@ -40,20 +41,30 @@ def make_profile(shape, contour):
         runs = [runs[2] + runs[0], runs[1]]
     if len(runs) > 2 or not runs:
         line = runs[2][0][4] if runs else int(contour.line[0])
-        raise CycleError(f"{where}: the profile turns back in Z" if runs else f"{where}: the profile has no extent in Z",
-                         "draw it so that Z runs in one direction along the outside, and along the bore (line {line})", line=str(line))
+        raise CycleError(
+            f"{where}: the profile turns back in Z" if runs else f"{where}: the profile has no extent in Z",
+            "draw it so that Z runs in one direction along the outside, and along the bore (line {line})",
+            line=str(line),
+        )
     graphs = [_graph(run) for run in runs]
     low = min(x for run in runs for step in run for x in (step[1], step[3]))
     if low < -BELOW_AXIS_MM:
-        raise CycleError(f"{where}: the profile goes below the axis, to X{{x}}", "X is a radius in G8 and a diameter in G7, from 0 on", x=Across(low))
+        raise CycleError(
+            f"{where}: the profile goes below the axis, to X{{x}}",
+            "X is a radius in G8 and a diameter in G7, from 0 on",
+            x=Across(low),
+        )
     outside, bore = graphs[0], []
     if len(graphs) == 2:
         graphs.sort(key=_mean, reverse=True)
         outside, bore = graphs[0], negative(graphs[1])
         crossing = above(graphs[1], outside, 1e-6)
         if crossing:
-            raise CycleError(f"{where}: the bore is outside of the outside at Z{{z}}", "draw bore, face and outside as one chain",
-                             z=crossing[0][0])
+            raise CycleError(
+                f"{where}: the bore is outside of the outside at Z{{z}}",
+                "draw bore, face and outside as one chain",
+                z=crossing[0][0],
+            )
     return Profile(outside, bore, outside[0].z0, max(outside[-1].z1, bore[-1].z1 if bore else -math.inf))
 
 
@@ -98,7 +109,9 @@ def _runs(steps):
 def _graph(run):
     """Graph of steps that run in one direction."""
     pieces = []
-    for z0, x0, z1, x1, line, arc in (run if run[0][2] > run[0][0] else [(s[2], s[3], s[0], s[1], *s[4:]) for s in run[::-1]]):
+    for z0, x0, z1, x1, line, arc in (
+        run if run[0][2] > run[0][0] else [(s[2], s[3], s[0], s[1], *s[4:]) for s in run[::-1]]
+    ):
         if arc:
             cz, cx, r, side = arc
             pieces.append(Piece(z0, z1, cz, cx, 0.0, r, side, line))
@@ -119,8 +132,13 @@ def _joined(pieces):
 
 
 def blank_of_comment(text, unit_mm):
-    """Profile of the program's (WORKPIECE,CYLINDER,..) comment; None without one.  BORE: diameter of a hole through it."""
-    found = [fields for shape, _, fields in (inside.partition(",") for inside in comments.insides(text, "WORKPIECE")) if shape.strip().upper() == "CYLINDER"]
+    """Profile of the program's (WORKPIECE,CYLINDER,..) comment; None without one.  BORE: diameter of a hole through
+    it."""
+    found = [
+        fields
+        for shape, _, fields in (inside.partition(",") for inside in comments.insides(text, "WORKPIECE"))
+        if shape.strip().upper() == "CYLINDER"
+    ]
     if not found:
         return None
     fields = {}
@@ -131,11 +149,15 @@ def blank_of_comment(text, unit_mm):
         except ValueError:
             fields[key] = math.nan
     if fields.pop("AXIS", "Z") != "Z" or any(abs(fields.pop(k, 0.0)) > 0.0 for k in "XY"):
-        raise CycleError("WORKPIECE comment: the cylinder is not about the Z axis of the lathe", "use AXIS=Z, without X and Y")
+        raise CycleError(
+            "WORKPIECE comment: the cylinder is not about the Z axis of the lathe", "use AXIS=Z, without X and Y"
+        )
     bore = fields.pop("BORE", 0.0)
     if set(fields) != {"DIAMETER", "ZMIN", "ZMAX"} or not all(map(math.isfinite, [bore, *fields.values()])):
-        raise CycleError("WORKPIECE comment: DIAMETER, ZMIN and ZMAX are not all given as numbers",
-                         "write (WORKPIECE,CYLINDER,AXIS=Z,DIAMETER=30,ZMIN=-60,ZMAX=0.5), BORE= for a hole")
+        raise CycleError(
+            "WORKPIECE comment: DIAMETER, ZMIN and ZMAX are not all given as numbers",
+            "write (WORKPIECE,CYLINDER,AXIS=Z,DIAMETER=30,ZMIN=-60,ZMAX=0.5), BORE= for a hole",
+        )
     d, z0, z1 = fields["DIAMETER"], fields["ZMIN"], fields["ZMAX"]
     if not (0 <= bore < d and z0 < z1):
         raise CycleError("WORKPIECE comment: the blank has no extent", "give DIAMETER above BORE, and ZMAX above ZMIN")

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Functions x(z) made of lines and arcs: profiles, stock and the positions that a tool may take.
 
-Called by every module of turning/.  A graph is a list of pieces, sorted and without overlap.  A gap between two pieces means
-minus infinity: nothing is there.  Where two pieces meet at different heights the graph has a vertical wall.  The region of a
-graph is everything below it.
+Called by every module of turning/.  A graph is a list of pieces, sorted and without overlap.  A gap between two pieces
+means minus infinity: nothing is there.  Where two pieces meet at different heights the graph has a vertical wall.  The
+region of a graph is everything below it.
 
 All lengths mm.  Everything is exact but for rounding: intersections are solved, nothing is sampled.
 """
@@ -11,15 +11,15 @@ All lengths mm.  Everything is exact but for rounding: intersections are solved,
 import math
 from typing import NamedTuple
 
-TINY_MM = 1e-10         # shorter intervals are rounding
-GAP_MM = 1e-7           # rounding may open a gap of this width between pieces that meet
+TINY_MM = 1e-10  # shorter intervals are rounding
+GAP_MM = 1e-7  # rounding may open a gap of this width between pieces that meet
 
 
 class Piece(NamedTuple):
     """A line or an arc over [z0, z1].
 
-    r == 0: the line through (zr, xr) with the given slope; r > 0: the arc about (zr, xr), upper half for side 1, lower for -1
-    line: source line of the sub
+    r == 0: the line through (zr, xr) with the given slope; r > 0: the arc about (zr, xr), upper half for side 1, lower
+    for -1 line: source line of the sub
     """
 
     z0: float
@@ -86,7 +86,7 @@ def _roots(p, q):
     if p.r == 0.0:
         p, q = q, p
     if q.r == 0.0:
-        s, k = q.slope, q.xr - q.slope * (q.zr - p.zr) - p.xr          # x = k + s d, d = z - p.zr
+        s, k = q.slope, q.xr - q.slope * (q.zr - p.zr) - p.xr  # x = k + s d, d = z - p.zr
         a, b, c = 1.0 + s * s, s * k, k * k - p.r * p.r
         root = b * b - a * c
         return () if root < 0.0 else tuple(p.zr + (-b + sign * math.sqrt(root)) / a for sign in (-1, 1))
@@ -147,7 +147,7 @@ def combine(f, g, sign):
         return list(f or g) if sign > 0 else []
     out, i, j = [], 0, 0
     p, q = f[0], g[0]
-    p0, p1, q0, q1 = p[0], p[1], q[0], q[1]         # inf: that graph is used up
+    p0, p1, q0, q1 = p[0], p[1], q[0], q[1]  # inf: that graph is used up
     z = min(p0, q0)
     while True:
         in_p, in_q = p0 <= z, q0 <= z
@@ -186,7 +186,9 @@ def envelope(graphs):
     """Maximum of many graphs; neighbours in the list should be neighbours in z."""
     graphs = [g for g in graphs if g]
     while len(graphs) > 1:
-        graphs = [upper(graphs[k], graphs[k + 1]) if k + 1 < len(graphs) else graphs[k] for k in range(0, len(graphs), 2)]
+        graphs = [
+            upper(graphs[k], graphs[k + 1]) if k + 1 < len(graphs) else graphs[k] for k in range(0, len(graphs), 2)
+        ]
     return closed(graphs[0]) if graphs else []
 
 
@@ -205,7 +207,11 @@ def closed(f):
 
 def clip(f, z0, z1):
     """The part of a graph over [z0, z1]."""
-    return [p if p[0] >= z0 and p[1] <= z1 else Piece(max(p[0], z0), min(p[1], z1), *p[2:]) for p in f if p[1] > z0 and p[0] < z1]
+    return [
+        p if p[0] >= z0 and p[1] <= z1 else Piece(max(p[0], z0), min(p[1], z1), *p[2:])
+        for p in f
+        if p[1] > z0 and p[0] < z1
+    ]
 
 
 def negative(f):
@@ -244,8 +250,8 @@ def _lines_below(p, q, z0, z1, margin):
 
 
 def above(f, g, margin=0.0):
-    """[(z0, z1, area, height)] where f is more than a margin above g: intervals, area between them (mm2), largest difference at
-    their pieces' ends and middles (mm).  Where g has a gap f must have one, too."""
+    """[(z0, z1, area, height)] where f is more than a margin above g: intervals, area between them (mm2), largest
+    difference at their pieces' ends and middles (mm).  Where g has a gap f must have one, too."""
     found, i, j = [], 0, 0
     while i < len(f) and j < len(g):
         p, q = f[i], g[j]

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Where a tool may be: the Minkowski sum of part and mirrored tool, exactly, on graphs.
 
-Called by steps.py, sides.py, grooves.py, transverse.py, drilling.py, thread.py and obstacles.py.  A tool is a disc (the nose), the cone above it between front and back edge, perhaps a flat
-bottom (grooving tools), and a holder box.  Positions are those of the nose's centre (of a grooving tool: of the corner on the
-left).  Then
+Called by steps.py, sides.py, grooves.py, transverse.py, drilling.py, thread.py and obstacles.py.  A tool is a disc (the
+nose), the cone above it between front and back edge, perhaps a flat bottom (grooving tools), and a holder box.
+Positions are those of the nose's centre (of a grooving tool: of the corner on the left).  Then
 
     positions that touch     dilated(f): max over s of f(s) - t(s - z), t the tool's own lower edge
     what a path leaves       eroded(p): min over s of p(s) + t(z - s)
@@ -15,19 +15,33 @@ import math
 from functools import lru_cache
 
 from chipwise.turning.profile_function import (
-    Piece, above, clip, closed, envelope, flat, lower, mirrored, moved, negative, slope_at, upper, value)
+    Piece,
+    above,
+    clip,
+    closed,
+    envelope,
+    flat,
+    lower,
+    mirrored,
+    moved,
+    negative,
+    slope_at,
+    upper,
+    value,
+)
 
-HOLDER_ROUNDS = 40      # each raises the positions by less; most tools need one
-HOLDER_MM = 0.2         # levels leave what is thinner than 0.05 mm, the holder stays farther away
-SAME_MM = 1e-6          # a rise below this ends the rounds
-SLOPE, SAME_X_MM = 1e-6, 1e-9       # rounding of slopes and of heights at joints
+HOLDER_ROUNDS = 40  # each raises the positions by less; most tools need one
+HOLDER_MM = 0.2  # levels leave what is thinner than 0.05 mm, the holder stays farther away
+SAME_MM = 1e-6  # a rise below this ends the rounds
+SLOPE, SAME_X_MM = 1e-6, 1e-9  # rounding of slopes and of heights at joints
 
 
 def disc(f, r):
-    """max over s of f(s) + sqrt(r^2 - (z - s)^2): f offset by r.  Ends of pieces are rounded where the graph is not concave.
+    """max over s of f(s) + sqrt(r^2 - (z - s)^2): f offset by r.  Ends of pieces are rounded where the graph is not
+    concave.
 
-    Above a piece's offset no disc about its ends is higher, and beyond it the disc about the nearer end is: so of each disc only
-    the part between the offsets of its neighbours counts.
+    Above a piece's offset no disc about its ends is higher, and beyond it the disc about the nearer end is: so of each
+    disc only the part between the offsets of its neighbours counts.
     """
     if r <= 0.0 or not f:
         return list(f)
@@ -39,9 +53,18 @@ def disc(f, r):
         if offset:
             _append(graphs, offset, -math.inf, math.inf)
         if _needs_disc(p, after, r, at_start=False):
-            joined = after is not None and after.z0 == p.z1 and abs(value(after, p.z1) - value(p, p.z1)) <= SAME_X_MM and offsets[k + 1]
-            _append(graphs, _half_circle(p.z1, value(p, p.z1), r, p.line), offset.z1 if offset else -math.inf,
-                    offsets[k + 1].z0 if joined else math.inf)
+            joined = (
+                after is not None
+                and after.z0 == p.z1
+                and abs(value(after, p.z1) - value(p, p.z1)) <= SAME_X_MM
+                and offsets[k + 1]
+            )
+            _append(
+                graphs,
+                _half_circle(p.z1, value(p, p.z1), r, p.line),
+                offset.z1 if offset else -math.inf,
+                offsets[k + 1].z0 if joined else math.inf,
+            )
     return envelope(graphs)
 
 
@@ -62,7 +85,8 @@ def _vanishes(p, r):
 
 
 def _needs_disc(left, right, r, at_start):
-    """Whether the joint of two pieces is rounded by this end: not if the graph turns up there and both pieces have offsets."""
+    """Whether the joint of two pieces is rounded by this end: not if the graph turns up there and both pieces have
+    offsets."""
     if left is None or right is None or left.z1 != right.z0:
         return True
     z = right.z0
@@ -94,7 +118,7 @@ def falling_left(f, slope, z_low):
     """max over u >= 0 of f(z + u) - slope u, down to z_low: rays from f to the left, falling by `slope` mm per mm."""
     if math.isinf(slope) or not f:
         return list(f)
-    ray, z = -math.inf, f[-1].z1          # ray: the largest of f(s) - slope s so far
+    ray, z = -math.inf, f[-1].z1  # ray: the largest of f(s) - slope s so far
     parts = []
     for p in reversed(f):
         if p.z1 < z and not math.isinf(ray):
@@ -133,11 +157,14 @@ def window(f, u0, u1):
 
 
 def _maxima(f):
-    """(z, x, line) of the local maxima of a graph, ends at gaps and tops of walls included; in doubt more than needed."""
+    """(z, x, line) of the local maxima of a graph, ends at gaps and tops of walls included; in doubt more than
+    needed."""
     for k, p in enumerate(f):
         before, after = (f[k - 1] if k else None), (f[k + 1] if k + 1 < len(f) else None)
         first, last = value(p, p.z0), value(p, p.z1)
-        if slope_at(p, p.z0) <= SLOPE and (before is None or before.z1 != p.z0 or value(before, p.z0) < first - SAME_X_MM):
+        if slope_at(p, p.z0) <= SLOPE and (
+            before is None or before.z1 != p.z0 or value(before, p.z0) < first - SAME_X_MM
+        ):
             yield p.z0, first, p.line
         if p.r and p.side > 0 and p.z0 < p.zr < p.z1:
             yield p.zr, p.xr + p.r, p.line
@@ -184,15 +211,16 @@ def after(stock, path, tool, domain):
 
 
 def holder_height(f, tool, aside=HOLDER_MM):
-    """Positions at which the holder touches the region of f, or comes nearer than `aside` mm beside it; a side of it that does not go beyond the nose
-    has no such distance, for the nose is nearer."""
+    """Positions at which the holder touches the region of f, or comes nearer than `aside` mm beside it; a side of it
+    that does not go beyond the nose has no such distance, for the nose is nearer."""
     left = tool.holder_left - aside * (-tool.holder_left > tool.nose)
     right = tool.holder_right + aside * (tool.holder_right > tool.flat + tool.nose)
     return moved(window(f, left + SAME_MM, right - SAME_MM), 0.0, -tool.holder_up) if f else []
 
 
 def reachable(part, stock, tool, allowance, floor, domain):
-    """Lowest positions: the insert stays clear of the part by the allowance, the holder of part and stock as they are now.
+    """Lowest positions: the insert stays clear of the part by the allowance, the holder of part and stock as they are
+    now.
 
     floor    no position is lower, mm
     """
@@ -201,13 +229,13 @@ def reachable(part, stock, tool, allowance, floor, domain):
 
 
 def reachable_in_levels(part, stock, tool, allowance, floor, domain):
-    """As reachable(), for roughing in levels: the holder stays clear of what the tool has left by then.  None if that does not
-    come to an end.
+    """As reachable(), for roughing in levels: the holder stays clear of what the tool has left by then.  None if that
+    does not come to an end.
 
-    While level k is cut, the stock is below max(stock at the end, level k - 1) everywhere: levels are cut from the top, each
-    over its whole length, and the erosion of max(reach, c) is below max(erosion of reach, c) because reach is made by the tool
-    itself.  So the holder needs no more than to be above a depth of cut, and clear of the stock at the end, which depends on
-    where the holder lets the tool go: the least fixed point.
+    While level k is cut, the stock is below max(stock at the end, level k - 1) everywhere: levels are cut from the top,
+    each over its whole length, and the erosion of max(reach, c) is below max(erosion of reach, c) because reach is made
+    by the tool itself.  So the holder needs no more than to be above a depth of cut, and clear of the stock at the end,
+    which depends on where the holder lets the tool go: the least fixed point.
     """
     contact = dilated(stock, tool, 0.0, domain)
     result = upper(dilated(part, tool, allowance, domain), [flat(*domain, floor)])

@@ -20,8 +20,8 @@ from chipwise.turning.times import Motion
 from chipwise.turning.tool import ROLES, make_tool, read_geometry, read_table
 
 MAX_STEPS_BYTES = 1 << 16
-UNKNOWN_MM_S = 50.0     # velocity of such an axis
-UNKNOWN_MM_S2 = 50.0    # acceleration of an axis whose INI file has none: slow, so that a run-in is long
+UNKNOWN_MM_S = 50.0  # velocity of such an axis
+UNKNOWN_MM_S2 = 50.0  # acceleration of an axis whose INI file has none: slow, so that a run-in is long
 
 
 def read_profile(job):
@@ -29,7 +29,12 @@ def read_profile(job):
     try:
         shape = read_shape(job)
         profile = make_profile(shape, one_contour(shape))
-        return replace(profile, threads=read_threads(find_sub(job), profile.outside, profile.bore, MM_PER_INCH if job.unit == "in" else 1.0))
+        return replace(
+            profile,
+            threads=read_threads(
+                find_sub(job), profile.outside, profile.bore, MM_PER_INCH if job.unit == "in" else 1.0
+            ),
+        )
     except CycleError as error:
         raise _lathe_axes(error).across(job.diameter) from error
 
@@ -38,14 +43,26 @@ def _lathe_axes(error):
     """An error of the contour kernel, whose first coordinate is Z here, with the axes of a lathe."""
     if "X{x} Y{y}" in error.problem + error.remedy:
         error.values["y"] = Across(error.values["y"])
-    texts = (text.replace("X{x} Y{y}", "Z{x} X{y}").replace("in XY", "in X and Z") for text in (error.problem, error.remedy))
+    texts = (
+        text.replace("X{x} Y{y}", "Z{x} X{y}").replace("in XY", "in X and Z") for text in (error.problem, error.remedy)
+    )
     return CycleError(*texts, **error.values)
 
 
 def job_of(program, request, machine):
     """Job of the part's sub, for a program that is not run."""
-    return Job(program=program, sub=request.words["Q"], ini=machine.ini, unit=request.unit, machine_unit=machine.unit_mm, lathe=True, position=None,
-               diameter=request.diameter, ijk_absolute=request.ijk_absolute, close_gap=machine.close_gap)
+    return Job(
+        program=program,
+        sub=request.words["Q"],
+        ini=machine.ini,
+        unit=request.unit,
+        machine_unit=machine.unit_mm,
+        lathe=True,
+        position=None,
+        diameter=request.diameter,
+        ijk_absolute=request.ijk_absolute,
+        close_gap=machine.close_gap,
+    )
 
 
 def make_order(job, text, request, machine, steps=ORDER):
@@ -54,11 +71,25 @@ def make_order(job, text, request, machine, steps=ORDER):
     part = read_profile(job)
     blank = read_profile(replace(job, sub=words["P"])) if words["P"] else blank_of_comment(text, request.scale)
     if blank is None:
-        raise CycleError("there is neither a blank sub P nor a WORKPIECE comment",
-                         "add (WORKPIECE,CYLINDER,AXIS=Z,DIAMETER=30,ZMIN=-60,ZMAX=0.5) to the program", "G26")
+        raise CycleError(
+            "there is neither a blank sub P nor a WORKPIECE comment",
+            "add (WORKPIECE,CYLINDER,AXIS=Z,DIAMETER=30,ZMIN=-60,ZMAX=0.5) to the program",
+            "G26",
+        )
     part = replace(part, threads=tuple(replace(t, speed=_thread_speed(request, t)) for t in part.threads))
-    return Order(part, blank, tools_of(request, machine), request.barriers, words["I"], words["D"], steps, replace(machine.drive, direction=request.direction),
-                 request.diameter, machine.barrier_clearance, machine.traverse_clearance)
+    return Order(
+        part,
+        blank,
+        tools_of(request, machine),
+        request.barriers,
+        words["I"],
+        words["D"],
+        steps,
+        replace(machine.drive, direction=request.direction),
+        request.diameter,
+        machine.barrier_clearance,
+        machine.traverse_clearance,
+    )
 
 
 def with_start(error, job, words):
@@ -68,8 +99,14 @@ def with_start(error, job, words):
             read_shape(replace(job, sub=sub, position=None))
         except UnknownStart:
             z, x, _ = job.in_plane
-            return CycleError(f"{error.problem} (the sub O{sub} is drawn from the tool's place, Z{{tool_z}} X{{tool_x}})", "begin the sub with G0 X.. Z..", error.code,
-                              **error.values, tool_z=z, tool_x=Across(x)).across(job.diameter)
+            return CycleError(
+                f"{error.problem} (the sub O{sub} is drawn from the tool's place, Z{{tool_z}} X{{tool_x}})",
+                "begin the sub with G0 X.. Z..",
+                error.code,
+                **error.values,
+                tool_z=z,
+                tool_x=Across(x),
+            ).across(job.diameter)
         except CycleError:
             pass
     return error
@@ -79,7 +116,10 @@ def _thread_speed(request, thread):
     """1/min, whole: that of its comment, else the program's, under G96 that of its diameter.  Raises CycleError."""
     speed = math.floor(thread.speed or rpm(request, thread.x))
     if speed < 1:
-        raise CycleError(f"a thread has no speed of the spindle (line {thread.line})", "give S before G26, or SPEED= in the THREAD comment")
+        raise CycleError(
+            f"a thread has no speed of the spindle (line {thread.line})",
+            "give S before G26, or SPEED= in the THREAD comment",
+        )
     return speed
 
 
@@ -99,29 +139,52 @@ def read_steps(path):
 
 
 def tools_of(request, machine):
-    """{role: (LatheTool, ..)} of the program's LATHE comment, and for roles that it does not name of the tool geometry file."""
+    """{role: (LatheTool, ..)} of the program's LATHE comment, and for roles that it does not name of the tool geometry
+    file."""
     table, geometry = read_table(machine.table), read_geometry(machine.geometry)
     tools = {}
     for role in ROLES:
-        numbers = request.roles.get(role) or sorted(n for n, keys in geometry.items() if role in keys.get("roles", ()) and n in table)
+        numbers = request.roles.get(role) or sorted(
+            n for n, keys in geometry.items() if role in keys.get("roles", ()) and n in table
+        )
         tools[role] = tuple(_of_role(make_tool(n, table, geometry, machine.unit_mm), role) for n in numbers)
     if not any(tools.values()):
-        raise CycleError("no tool has a role", "add (LATHE,ROUGH=1,FINISH=2) to the program, or roles to the tool geometry file")
+        raise CycleError(
+            "no tool has a role", "add (LATHE,ROUGH=1,FINISH=2) to the program, or roles to the tool geometry file"
+        )
     return tools
 
 
 def tool_notes(order, request, machine):
-    """CycleErrors with what the operator may not expect of the tools: those of a role that the LATHE comment hides, drills at the insert's speed."""
+    """CycleErrors with what the operator may not expect of the tools: those of a role that the LATHE comment hides,
+    drills at the insert's speed."""
     found = []
     table, geometry = read_table(machine.table), read_geometry(machine.geometry)
     for role, numbers in request.roles.items():
-        hidden = [n for n in sorted(geometry) if role in geometry[n].get("roles", ()) and n in table and n not in numbers and _has_work(n, table, geometry, machine, order)]
+        hidden = [
+            n
+            for n in sorted(geometry)
+            if role in geometry[n].get("roles", ())
+            and n in table
+            and n not in numbers
+            and _has_work(n, table, geometry, machine, order)
+        ]
         if hidden:
-            found.append(CycleError(f"{' '.join(f'T{n}' for n in hidden)} of role {role.upper()} is not used, for the LATHE comment names others",
-                                    f"add {','.join(f'{role.upper()}={n}' for n in hidden)} to it"))
+            found.append(
+                CycleError(
+                    f"{' '.join(f'T{n}' for n in hidden)} of role {role.upper()} is not used, for the LATHE comment "
+                    f"names others",
+                    f"add {','.join(f'{role.upper()}={n}' for n in hidden)} to it",
+                )
+            )
     fast = [t for t in order.tools["drill"] if request.css and order.part.bore and not t.cutting_speed]
     if fast:
-        found.append(CycleError(f"T{fast[0].number} drills at the S{request.speed:g} of G96", f"give its cutting_speed in [lathe.{fast[0].number}]"))
+        found.append(
+            CycleError(
+                f"T{fast[0].number} drills at the S{request.speed:g} of G96",
+                f"give its cutting_speed in [lathe.{fast[0].number}]",
+            )
+        )
     return found
 
 
@@ -136,17 +199,33 @@ def _has_work(number, table, geometry, machine, order):
 
 def _of_role(tool, role):
     """The tool, if its kind is that of the role.  Raises CycleError."""
-    kind, key = ("drill", "point_angle") if tool.point_angle else ("grooving tool", "width") if tool.flat else ("turning tool", "")
+    kind, key = (
+        ("drill", "point_angle")
+        if tool.point_angle
+        else ("grooving tool", "width")
+        if tool.flat
+        else ("turning tool", "")
+    )
     wanted = {"drill": "drill", "groove": "grooving tool", "partoff": "grooving tool"}.get(role, "turning tool")
     if kind != wanted:
-        raise CycleError(f"tool {tool.number} has the role {role.upper()} and is a {kind}" + (f" ([lathe.{tool.number}] has {key})" if key else ", without a width larger than its nose" if wanted == "grooving tool" else ""),
-                         "name another tool in (LATHE,..), or correct the tool geometry file")
+        raise CycleError(
+            f"tool {tool.number} has the role {role.upper()} and is a {kind}"
+            + (
+                f" ([lathe.{tool.number}] has {key})"
+                if key
+                else ", without a width larger than its nose"
+                if wanted == "grooving tool"
+                else ""
+            ),
+            "name another tool in (LATHE,..), or correct the tool geometry file",
+        )
     return tool
 
 
 class Machine:
-    """What the plan needs of an INI file: ini, table and geometry (paths), unit_mm, close_gap, barrier_clearance, traverse_clearance (mm), steps, motion (times.Motion), drive (thread.Drive),
-    and startup (codes in force before a program).
+    """What the plan needs of an INI file: ini, table and geometry (paths), unit_mm, close_gap, barrier_clearance,
+    traverse_clearance (mm), steps, motion (times.Motion), drive (thread.Drive), and startup (codes in force before a
+    program).
     """
 
     def __init__(self, ini, settings, path):
@@ -163,6 +242,7 @@ class Machine:
 
 def _motion(ini, unit_mm):
     """Motion of an INI file."""
+
     def of_axes(key, path_key, otherwise):
         path = ini.number("TRAJ", path_key) or otherwise
         return tuple((ini.number(f"AXIS_{letter}", key) or path) * unit_mm for letter in "ZX"), path * unit_mm
@@ -173,7 +253,8 @@ def _motion(ini, unit_mm):
 
 
 def _drive(ini, unit_mm):
-    """Drive of an INI file, without the direction of the spindle: the lowest limits of the Z axis, its joint and the path."""
+    """Drive of an INI file, without the direction of the spindle: the lowest limits of the Z axis, its joint and the
+    path."""
     joint = trivial_joints(ini.lines).find("Z")
     sections = ["AXIS_Z", *([f"JOINT_{joint}"] if joint >= 0 else [])]
 
@@ -182,5 +263,8 @@ def _drive(ini, unit_mm):
         return min((v for v in found if v), default=math.inf) * unit_mm
 
     acceleration = least("MAX_ACCELERATION", "MAX_LINEAR_ACCELERATION")
-    return Drive(velocity=least("MAX_VELOCITY", "MAX_LINEAR_VELOCITY"), acceleration=acceleration if math.isfinite(acceleration) else UNKNOWN_MM_S2,
-                 override=max(ini.number("DISPLAY", "MAX_SPINDLE_OVERRIDE", 1.0) or 1.0, 1.0))
+    return Drive(
+        velocity=least("MAX_VELOCITY", "MAX_LINEAR_VELOCITY"),
+        acceleration=acceleration if math.isfinite(acceleration) else UNKNOWN_MM_S2,
+        override=max(ini.number("DISPLAY", "MAX_SPINDLE_OVERRIDE", 1.0) or 1.0, 1.0),
+    )

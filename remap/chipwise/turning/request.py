@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What a program asks for: its G26 line, the modes before it, barriers, tools, blank.  Text only: nothing is run.
 
-Called by cli/turn.py, and by glue/turning.py, which has words and modes from the interpreter.  Only numbers are understood on the
-lines that are read as text; an expression is refused.
+Called by cli/turn.py, and by glue/turning.py, which has words and modes from the interpreter.  Only numbers are
+understood on the lines that are read as text; an expression is refused.
 """
 
 import math
@@ -14,8 +14,8 @@ from chipwise.errors import MM_PER_INCH, CycleError, braceless
 from chipwise.host.files import read_bytes
 from chipwise.turning.tool import ROLES
 
-MAX_BYTES = 1 << 26    # of a program
-FAR_MM = 1e4            # a barrier without K ends here, to the left
+MAX_BYTES = 1 << 26  # of a program
+FAR_MM = 1e4  # a barrier without K ends here, to the left
 _WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+))")
 _KNOWN, _KNOWN_BARRIER = "GQPIDEFHLN", "GXZIKN"
 _OFFSETS = {10.0, 54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 59.1, 59.2, 59.3, 92.0, 92.1, 92.2, 92.3}
@@ -23,8 +23,9 @@ _OFFSETS = {10.0, 54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 59.1, 59.2, 59.3, 92.0, 92
 
 @dataclass
 class Request:
-    """line of G26; unit "mm" or "in"; diameter: G7; per_rev: G95; spindle: words of the program (G96 D S M3); feed: F in force, program units;
-    plane: 17, 18 or 19; incremental: G91; ijk_absolute: G90.1; barriers mm ((z0, z1, x0, x1), ..), x as radii; roles {role: (tool numbers)}; words of G26, lengths in mm."""
+    """line of G26; unit "mm" or "in"; diameter: G7; per_rev: G95; spindle: words of the program (G96 D S M3); feed: F
+    in force, program units; plane: 17, 18 or 19; incremental: G91; ijk_absolute: G90.1; barriers mm ((z0, z1, x0, x1),
+    ..), x as radii; roles {role: (tool numbers)}; words of G26, lengths in mm."""
 
     line: int = 0
     unit: str = "mm"
@@ -59,18 +60,26 @@ def read_program(path):
 
 
 def read_request(text, before=""):
-    """Request of a program's text.  before: codes in force when it begins (Ini.startup_codes()).  Raises CycleError naming the line."""
+    """Request of a program's text.  before: codes in force when it begins (Ini.startup_codes()).  Raises CycleError
+    naming the line."""
     request = Request()
     _modes(request, *_split(before), before)
     request.roles = read_roles(text)
     for number, line in _program_lines(text):
         codes, words = _split(line)
         if codes & {22.0, 26.0, 27.0} and re.search(r"[#\[]", line):
-            raise CycleError("the line holds an expression, which is read only when the program runs (line {line})", "write numbers", line=str(number))
+            raise CycleError(
+                "the line holds an expression, which is read only when the program runs (line {line})",
+                "write numbers",
+                line=str(number),
+            )
         _modes(request, codes, words, line)
         if request.barriers and codes & _OFFSETS:
-            raise CycleError("the work offset changes after G22: only the machine knows where the barrier is then (line {line})",
-                             "set the work offset before G22", line=str(number))
+            raise CycleError(
+                "the work offset changes after G22: only the machine knows where the barrier is then (line {line})",
+                "set the work offset before G22",
+                line=str(number),
+            )
         if 22.0 in codes:
             _only(words, _KNOWN_BARRIER, "G22", number, "use X Z I K")
             request.barriers += (_barrier(request, words, number),)
@@ -81,10 +90,17 @@ def read_request(text, before=""):
             if request.plane != 18:
                 raise CycleError(f"the plane is G{request.plane} (line {number})", "program G18 before", "G26")
             if request.incremental:
-                raise CycleError(f"G91 is on: the sub begins where the tool is, which only the machine knows (line {number})", "program G90 before", "G26")
+                raise CycleError(
+                    f"G91 is on: the sub begins where the tool is, which only the machine knows (line {number})",
+                    "program G90 before",
+                    "G26",
+                )
             request.line = number
             return complete(request, {"F": request.feed, **words}, f" (line {number})")
-    raise CycleError("the program has no G26 outside of its subs", "add a line like G26 Q100 I0.3 D1 E0.08 F0.2, with Q the sub of the part")
+    raise CycleError(
+        "the program has no G26 outside of its subs",
+        "add a line like G26 Q100 I0.3 D1 E0.08 F0.2, with Q the sub of the part",
+    )
 
 
 def lines_of_plans(text):
@@ -124,14 +140,16 @@ def _program_lines(text):
 def _split(line):
     """({G-codes}, {letter: number} of the other words) of a line."""
     words = _WORD.findall(line)
-    return {float(v) for letter, v in words if letter == "G"}, {letter: float(v) for letter, v in words if letter not in "GM"}
+    return {float(v) for letter, v in words if letter == "G"}, {
+        letter: float(v) for letter, v in words if letter not in "GM"
+    }
 
 
 def rpm(request, x):
     """Speed of the spindle at radius x (mm), 1/min."""
     if not request.css:
         return request.speed
-    surface = request.speed * (1000.0 if request.unit == "mm" else 12 * 25.4)       # mm/min
+    surface = request.speed * (1000.0 if request.unit == "mm" else 12 * 25.4)  # mm/min
     speed = surface / (2 * math.pi * max(x, 0.5))
     return min(speed, request.cap) if request.cap else speed
 
@@ -150,8 +168,11 @@ def _roles(text):
     for part in filter(None, (p.strip() for p in text.split(","))):
         key, _, number = (w.strip() for w in part.partition("="))
         if key.lower() not in ROLES or not re.fullmatch(r"\d{1,9}", number):
-            raise CycleError("LATHE comment: {part} is not a role and a tool number", "use (LATHE,ROUGH=1,FINISH=2); roles are "
-                             + ", ".join(r.upper() for r in ROLES), part=part)
+            raise CycleError(
+                "LATHE comment: {part} is not a role and a tool number",
+                "use (LATHE,ROUGH=1,FINISH=2); roles are " + ", ".join(r.upper() for r in ROLES),
+                part=part,
+            )
         found[key.lower()] = (*found.get(key.lower(), ()), int(number))
     return found
 
@@ -159,9 +180,20 @@ def _roles(text):
 def _modes(request, codes, words, line):
     """Modes that a line sets.  A change of unit or kind of feed ends the feed before."""
     before = request.unit, request.per_rev
-    for code, name, value in ((20, "unit", "in"), (21, "unit", "mm"), (7, "diameter", True), (8, "diameter", False), (94, "per_rev", False),
-                              (95, "per_rev", True), (90, "incremental", False), (91, "incremental", True), (90.1, "ijk_absolute", True),
-                              (91.1, "ijk_absolute", False), (97, "css", False), (96, "css", True)):
+    for code, name, value in (
+        (20, "unit", "in"),
+        (21, "unit", "mm"),
+        (7, "diameter", True),
+        (8, "diameter", False),
+        (94, "per_rev", False),
+        (95, "per_rev", True),
+        (90, "incremental", False),
+        (91, "incremental", True),
+        (90.1, "ijk_absolute", True),
+        (91.1, "ijk_absolute", False),
+        (97, "css", False),
+        (96, "css", True),
+    ):
         if code in codes:
             setattr(request, name, value)
     request.plane = next((int(code) for code in (17, 18, 19) if code in codes), request.plane)
@@ -180,10 +212,16 @@ def _modes(request, codes, words, line):
 def _barrier(request, words, number):
     """(z0, z1, x0, x1) mm of a G22 line."""
     if "X" not in words or "Z" not in words:
-        raise CycleError("G22 lacks X or Z (line {line})", "give a corner of the box by X Z, the other one by I K", line=str(number))
+        raise CycleError(
+            "G22 lacks X or Z (line {line})", "give a corner of the box by X Z, the other one by I K", line=str(number)
+        )
     half = request.scale * (0.5 if request.diameter else 1.0)
-    return box(words["X"] * half, words["Z"] * request.scale, words.get("I", 0.0) * half,
-               words["K"] * request.scale if "K" in words else None)
+    return box(
+        words["X"] * half,
+        words["Z"] * request.scale,
+        words.get("I", 0.0) * half,
+        words["K"] * request.scale if "K" in words else None,
+    )
 
 
 def box(x, z, i, k):
@@ -193,6 +231,7 @@ def box(x, z, i, k):
 
 def complete(request, words, where=""):
     """The Request with the words of G26 or G27, in program units, checked; where: " (line 5)" for the messages."""
+
     def wrong(fact, remedy):
         raise CycleError(fact + where, remedy, "G26" if where else None)
 
@@ -201,7 +240,10 @@ def complete(request, words, where=""):
     for letter in "QP":
         if letter in words and not (words[letter] > 0 and words[letter] == int(words[letter])):
             wrong(f"{letter}{words[letter]:g} is not the number of an O-sub", "use a whole number above 0")
-    i, d = words.get("I", 0.0) * request.scale, words.get("D", 1.0 / (1 if request.unit == "mm" else 25.4)) * request.scale
+    i, d = (
+        words.get("I", 0.0) * request.scale,
+        words.get("D", 1.0 / (1 if request.unit == "mm" else 25.4)) * request.scale,
+    )
     if not 0.0 <= i <= 20.0:
         wrong(f"the allowance I{words['I']:g} is not from 0 to 20 mm", "give the material that is left for finishing")
     if not 0.01 <= d <= 50.0:
@@ -218,6 +260,13 @@ def complete(request, words, where=""):
         wrong("G96 has no D: near the axis the speed has no limit", "give the largest speed, 1/min, as G96 D2500 S180")
     if request.per_rev and not request.speed > 0.0:
         wrong("G95 is on and there is no speed S above 0", "give S before G26")
-    request.words = {"Q": int(words["Q"]), "P": int(words.get("P", 0)), "I": i, "D": d, "F": feed * request.scale, "E": fine * request.scale,
-                     "H": int(words.get("H", 0))}
+    request.words = {
+        "Q": int(words["Q"]),
+        "P": int(words.get("P", 0)),
+        "I": i,
+        "D": d,
+        "F": feed * request.scale,
+        "E": fine * request.scale,
+        "H": int(words.get("H", 0)),
+    }
     return request

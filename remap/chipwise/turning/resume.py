@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A part that was stopped: planned from what is left of it; and the stages of a plan, which stock_file.py keeps for the next time.
+"""A part that was stopped: planned from what is left of it; and the stages of a plan, which stock_file.py keeps for the
+next time.
 
-Called by g26_plan.py and resume/lathe.py.  The stock of a file is used only for the same program, part, blank and work offset, and never twice
-without an answer: a part that the operator has been asked about and has not confirmed counts as another one.  In doubt the plan begins with
-the whole blank, which is safe: it cuts air where stock is gone.
+Called by g26_plan.py and resume/lathe.py.  The stock of a file is used only for the same program, part, blank and work
+offset, and never twice without an answer: a part that the operator has been asked about and has not confirmed counts as
+another one.  In doubt the plan begins with the whole blank, which is safe: it cuts air where stock is gone.
 """
 
 import math
@@ -18,14 +19,15 @@ from chipwise.turning.stock_file import Stage
 from chipwise.turning.plan import make_plan
 from chipwise.turning.profile import Profile
 
-MOST_PIECES = 20_000    # of graphs in a file; of more stages every second one is kept, every third ..
-ON_AXIS_MM = 1e-4      # what is not higher is what a nose leaves on the axis
+MOST_PIECES = 20_000  # of graphs in a file; of more stages every second one is kept, every third ..
+ON_AXIS_MM = 1e-4  # what is not higher is what a nose leaves on the axis
 WHOLE = "the whole blank is planned"
 
 
 @dataclass(frozen=True)
 class Choice:
-    """plan; stage: the Stage that it begins with, None for the blank; changed: s, when that was written; notes: CycleErrors, for the operator."""
+    """plan; stage: the Stage that it begins with, None for the blank; changed: s, when that was written; notes:
+    CycleErrors, for the operator."""
 
     plan: Any
     stage: Any = None
@@ -34,7 +36,8 @@ class Choice:
 
 
 def choose(order, path, key):
-    """Choice for an Order: from the stock that the file `path` has, else from the blank.  key: kept.Key; path "": there is no file.
+    """Choice for an Order: from the stock that the file `path` has, else from the blank.  key: kept.Key; path "":
+    there is no file.
 
     Raises CycleError where the whole blank cannot be planned either."""
     try:
@@ -43,16 +46,26 @@ def choose(order, path, key):
         return _whole(order, CycleError(error.problem, f"{error.remedy}; {WHOLE}"))
     if found is None or not found.begun:
         return Choice(make_plan(order))
-    why = stock_file.difference(found.key, key) or ("nobody has confirmed that it is in the chuck" if found.asked else "")
+    why = stock_file.difference(found.key, key) or (
+        "nobody has confirmed that it is in the chuck" if found.asked else ""
+    )
     if why:
         return _whole(order, CycleError("the stock of the stopped part is not used: {why}", WHOLE, why=why))
     try:
         plan = make_plan(replace(order, blank=blank_of(found.stage)))
     except CycleError as error:
-        return _whole(order, CycleError(f"what is left of the stopped part cannot be planned: {error.problem}", WHOLE, **error.values))
+        return _whole(
+            order,
+            CycleError(f"what is left of the stopped part cannot be planned: {error.problem}", WHOLE, **error.values),
+        )
     if not any(step.needed for step in plan.steps):
         return _whole(order, CycleError("the part that was stopped is finished", WHOLE))
-    return Choice(plan, found.stage, found.changed, (CycleError("planned from what the step {step} has left", step=found.stage.step),))
+    return Choice(
+        plan,
+        found.stage,
+        found.changed,
+        (CycleError("planned from what the step {step} has left", step=found.stage.step),),
+    )
 
 
 def _whole(order, note):
@@ -63,8 +76,12 @@ def _whole(order, note):
 def question(choice):
     """What the operator is asked before such a plan is carried out, as a CycleError."""
     when = time.strftime("%Y-%m-%d %H:%M", time.localtime(choice.changed))
-    return CycleError("the part that was stopped on {when} in the step {step} goes on from there",
-                      "press Resume if it is in the chuck as it was, else press Stop, and Start for another blank", when=when, step=choice.stage.step)
+    return CycleError(
+        "the part that was stopped on {when} in the step {step} goes on from there",
+        "press Resume if it is in the chuck as it was, else press Stop, and Start for another blank",
+        when=when,
+        step=choice.stage.step,
+    )
 
 
 def blank_of(stage):
@@ -77,8 +94,8 @@ def blank_of(stage):
 
 
 class Stages(NamedTuple):
-    """stages: [Stage], the first is the beginning; marks: {number of a step: ((moves that have been made, number of the stage), ..)}, the end of
-    the step last."""
+    """stages: [Stage], the first is the beginning; marks: {number of a step: ((moves that have been made, number of the
+    stage), ..)}, the end of the step last."""
 
     stages: list
     marks: dict
@@ -94,12 +111,14 @@ def stages(plan, begun=""):
         if not step.needed:
             continue
         marks[number] = []
-        for count, graph in step.cuts[every - 1:-1:every]:
+        for count, graph in step.cuts[every - 1 : -1 : every]:
             now = {**stock, step.tool.inside: graph}
             marks[number].append((count, len(found)))
             found.append(Stage(step.name, now[False], now[True], threads))
         stock = step.after
-        threads += tuple(t for t in plan.order.part.threads if step.name.startswith("thread") and t.inside == step.tool.inside)
+        threads += tuple(
+            t for t in plan.order.part.threads if step.name.startswith("thread") and t.inside == step.tool.inside
+        )
         marks[number].append((len(step.moves), len(found)))
         found.append(Stage(step.name, stock[False], stock[True], threads))
     return Stages(found, marks)

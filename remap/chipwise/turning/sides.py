@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Roughing, rest machining and finishing of a side, and undercuts: levels, columns and cuts along the profile.
 
-Called by steps.py, which has the order of the steps.  A tool cuts what it reaches, and leaves to later steps what only they reach: nothing of
-that is a reason to refuse the plan.
+Called by steps.py, which has the order of the steps.  A tool cuts what it reaches, and leaves to later steps what only
+they reach: nothing of that is a reason to refuse the plan.
 """
 
 import math
@@ -16,15 +16,20 @@ from chipwise.turning.grooves import left_to_groove
 from chipwise.turning.path import NoRoom
 from chipwise.turning.state import CLEARANCE_MM, Step, roof, tools_of_role, without_tool
 
-ROUGH_MM = 0.05         # a roughing step leaves what is thinner
-FINISH_MM = 0.003       # a finishing step, too
-THICK, THIN_MM = 1.5, 0.3       # a finishing cut is thinner than so many allowances, and than so much at least
-TOOTH, TOOTH_MM, TOOTH_SHARE = THICK - 1.0, 0.15, 0.75        # of the allowance, mm, and of what a rapid keeps: may stay at a wall after each level, for the finish
-FINISHES = 3            # of a finishing tool, one after the other: each finds the stock lower that its holder has to be clear of
+ROUGH_MM = 0.05  # a roughing step leaves what is thinner
+FINISH_MM = 0.003  # a finishing step, too
+THICK, THIN_MM = 1.5, 0.3  # a finishing cut is thinner than so many allowances, and than so much at least
+TOOTH, TOOTH_MM, TOOTH_SHARE = (
+    THICK - 1.0,
+    0.15,
+    0.75,
+)  # of the allowance, mm, and of what a rapid keeps: may stay at a wall after each level, for the finish
+FINISHES = 3  # of a finishing tool, one after the other: each finds the stock lower that its holder has to be clear of
 
 
 def _out_of_reach(state, tool, contact):
-    """Stock in the bore (graph) that the tool cannot cut because its bar would touch the far side: what lies behind it, too."""
+    """Stock in the bore (graph) that the tool cannot cut because its bar would touch the far side: what lies behind it,
+    too."""
     far = reach.window(state.stock[True], tool.holder_left, state.domain[1] - state.domain[0])
     roof = [p._replace(xr=p.xr + tool.nose - tool.bar - 2 * CLEARANCE_MM) for p in negative(far)]
     beyond = above(contact, roof)
@@ -32,7 +37,8 @@ def _out_of_reach(state, tool, contact):
 
 
 class _Found(NamedTuple):
-    """What a tool can do: path (None: nothing), mm2 within its reach, tool, view and domain as in State.work(), text of what it leaves ("")."""
+    """What a tool can do: path (None: nothing), mm2 within its reach, tool, view and domain as in State.work(), text of
+    what it leaves ("")."""
 
     path: Any
     area: float
@@ -43,8 +49,9 @@ class _Found(NamedTuple):
 
 
 def turn(state, name, role, inside, finishing, rest=False):
-    """Roughing or finishing, outside or inside, with the first tool of the role that has something to do; rest: all that may rough, the first one
-    last.  A tool that cannot go there is passed over; why is remembered (State.failed) and counts if nothing else takes the stock."""
+    """Roughing or finishing, outside or inside, with the first tool of the role that has something to do; rest: all
+    that may rough, the first one last.  A tool that cannot go there is passed over; why is remembered (State.failed)
+    and counts if nothing else takes the stock."""
     if inside and not state.part[True]:
         return Step(name, False, "the part has no bore")
     tools = tools_of_role(state, role, inside)
@@ -52,10 +59,12 @@ def turn(state, name, role, inside, finishing, rest=False):
         tools = list({t.number: t for t in tools[1:] + tools_of_role(state, "finish", inside) + tools[:1]}.values())
     if not tools:
         return without_tool(name, role, inside)
-    allowance, least = (0.0, FINISH_MM) if finishing else (0.0 if role == "undercut" else state.order.allowance, ROUGH_MM)
+    allowance, least = (
+        (0.0, FINISH_MM) if finishing else (0.0 if role == "undercut" else state.order.allowance, ROUGH_MM)
+    )
     said = []
     for tool in tools:
-        if (name, tool.number) in state.made:           # it has had its turn
+        if (name, tool.number) in state.made:  # it has had its turn
             continue
         try:
             step, left = _turned(state, name, tool, finishing, allowance, least)
@@ -66,12 +75,17 @@ def turn(state, name, role, inside, finishing, rest=False):
             state.made.add((name, tool.number))
             return step
         said += [left] * bool(left)
-    return Step(name, False, " and ".join(said) or f"nothing thicker than {least:g} mm is left within reach of " + " or ".join(f"T{t.number}" for t in tools))
+    return Step(
+        name,
+        False,
+        " and ".join(said)
+        or f"nothing thicker than {least:g} mm is left within reach of " + " or ".join(f"T{t.number}" for t in tools),
+    )
 
 
 def _turned(state, name, tool, finishing, allowance, least):
-    """(Step of a tool, None if it has nothing to do; text of what it leaves).  A finish is made again where the holder could not go before the stock
-    beside it was cut: the allowance of a face keeps it from the axis."""
+    """(Step of a tool, None if it has nothing to do; text of what it leaves).  A finish is made again where the holder
+    could not go before the stock beside it was cut: the allowance of a face keeps it from the axis."""
     step, found, inside = None, None, tool.inside
     for _ in range(FINISHES if finishing else 1):
         try:
@@ -82,8 +96,14 @@ def _turned(state, name, tool, finishing, allowance, least):
             break
         if found.path is None:
             break
-        step = step or Step(name, True, f"{found.area:.2f} mm2 within its reach", tool,
-                            f"{'inside' if inside else 'outside'}, {_direction(found.path, tool)}" + (", along the profile" if finishing else ""))
+        step = step or Step(
+            name,
+            True,
+            f"{found.area:.2f} mm2 within its reach",
+            tool,
+            f"{'inside' if inside else 'outside'}, {_direction(found.path, tool)}"
+            + (", along the profile" if finishing else ""),
+        )
         state.cut(step, found.path, found.tool, found.view, found.domain)
     left = found.left if found else ""
     if step and left:
@@ -93,7 +113,11 @@ def _turned(state, name, tool, finishing, allowance, least):
 
 def _path(state, name, tool, finishing, allowance, least, again):
     """_Found of a tool."""
-    keep = _out_of_reach(state, tool, reach.dilated(state.stock[True], tool, 0.0, state.domain)) if tool.inside else left_to_groove(state, name, tool)
+    keep = (
+        _out_of_reach(state, tool, reach.dilated(state.stock[True], tool, 0.0, state.domain))
+        if tool.inside
+        else left_to_groove(state, name, tool)
+    )
     work, view, framed, domain = state.work(tool, allowance, not finishing, keep)
     regions = _regions(work, domain, least)
     if not regions:
@@ -118,10 +142,12 @@ def _regions(work, domain, least):
 
 
 def _finish(state, tool, work, keep, frame, least, again):
-    """_Found of a finishing tool.  Stock that is too thick for it is left to other steps: there no position is below contact.
+    """_Found of a finishing tool.  Stock that is too thick for it is left to other steps: there no position is below
+    contact.
 
-    again: the tool has been there, and comes back only where nothing is too thick: else it would nibble at that, a finishing cut at a time.  In a bore
-    the passage around what is too thick may be barred by the far side: then all behind it stays."""
+    again: the tool has been there, and comes back only where nothing is too thick: else it would nibble at that, a
+    finishing cut at a time.  In a bore the passage around what is too thick may be barred by the far side: then all
+    behind it stays."""
     most, thick = _thickness(state, tool, work.contact, keep)
     if not thick:
         return _finished(work, frame, least)
@@ -147,12 +173,14 @@ def _finished(work, frame, least, left=""):
 def _direction(path, tool):
     """Text: levels along Z, columns, or both."""
     found = [f"longitudinal, towards {'-Z' if tool.towards < 0 else '+Z'}"] if len(path.cut) > path.columns else []
-    return " and ".join(found + [f"transverse, {'away from' if tool.inside else 'towards'} the axis"] * bool(path.columns))
+    return " and ".join(
+        found + [f"transverse, {'away from' if tool.inside else 'towards'} the axis"] * bool(path.columns)
+    )
 
 
 def _finished_later(state, name, inside):
     """Whether a step after this one finishes the side."""
-    later = state.order.order[state.order.order.index(name) + 1:]
+    later = state.order.order[state.order.order.index(name) + 1 :]
     return f"finish {'inside' if inside else 'outside'}" in later and bool(tools_of_role(state, "finish", inside))
 
 

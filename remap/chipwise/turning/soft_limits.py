@@ -1,16 +1,18 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Whether the machine's soft limits let a plan be carried out: every point of every step, before anything moves.  Called by g26_plan.py.
+"""Whether the machine's soft limits let a plan be carried out: every point of every step, before anything moves.
+Called by g26_plan.py.
 
-LinuxCNC checks the end of each move when it is queued, and not where an arc bulges: it would stop in the cut.  An axis is at the controlled point
-plus the work offset plus the tool's offset of G43, which is that of the tool table.  Lengths mm, X a radius.
+LinuxCNC checks the end of each move when it is queued, and not where an arc bulges: it would stop in the cut.  An axis
+is at the controlled point plus the work offset plus the tool's offset of G43, which is that of the tool table.  Lengths
+mm, X a radius.
 """
 
 from chipwise.errors import CycleError
 from chipwise.pattern.isometry import arc_extremes
 from chipwise.turning.blocks import controlled
 
-SLACK_MM = 1e-6         # lines are rounded to this
-_Y = 1                  # the axis of an arc in G18
+SLACK_MM = 1e-6  # lines are rounded to this
+_Y = 1  # the axis of an arc in G18
 _PLANE = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
 
 
@@ -27,9 +29,13 @@ def check(steps, limits, zero, offsets):
         for point in _points(step):
             for (name, low, high), value, more in zip(limits, controlled(step, *point), shift):
                 if not low - SLACK_MM <= value + more <= high + SLACK_MM:
-                    raise CycleError(f"step {number}, {step.name}: {name} would be at {{value}} with T{step.tool.number}, beyond its limit of {{limit}}",
-                                     "move the work, or correct the work offset or the tool's offset", value=value + more,
-                                     limit=low if value + more < low else high)
+                    raise CycleError(
+                        f"step {number}, {step.name}: {name} would be at {{value}} with T{step.tool.number}, beyond "
+                        f"its limit of {{limit}}",
+                        "move the work, or correct the work offset or the tool's offset",
+                        value=value + more,
+                        limit=low if value + more < low else high,
+                    )
 
 
 def _points(step):
@@ -39,6 +45,8 @@ def _points(step):
     for move in step.moves:
         if move.kind == "arc":
             start, end, centre = ((x, 0.0, z) for z, x in (at, (move.z, move.x), move.centre))
-            yield from ((z, x) for x, _, z in arc_extremes(start, end, centre, _Y, 1 if move.ccw else -1, _PLANE).tolist())
+            yield from (
+                (z, x) for x, _, z in arc_extremes(start, end, centre, _Y, 1 if move.ccw else -1, _PLANE).tolist()
+            )
         at = move.z, move.x
         yield at

@@ -9,19 +9,33 @@ from chipwise.turning.profile_function import above, clip, flat, highest, mirror
 from chipwise.turning.path import BESIDE_MM, Move, NoRoom, Work
 
 CLEARANCE_MM = 0.5
-FACED_MM = 0.05         # a blank that ends so near to the face of the part has been faced
-OVERRUN_MM = 1.0        # of a tool and of a drill's full diameter behind a bore through the part
-FAR_MM = 5.0            # from the largest blank to where steps begin and end
+FACED_MM = 0.05  # a blank that ends so near to the face of the part has been faced
+OVERRUN_MM = 1.0  # of a tool and of a drill's full diameter behind a bore through the part
+FAR_MM = 5.0  # from the largest blank to where steps begin and end
 
-ORDER = ("face", "drill", "rough outside", "rough inside", "rest outside", "rest inside", "finish outside", "finish inside",
-         "groove", "undercut", "thread outside", "thread inside", "part off")
+ORDER = (
+    "face",
+    "drill",
+    "rough outside",
+    "rough inside",
+    "rest outside",
+    "rest inside",
+    "finish outside",
+    "finish inside",
+    "groove",
+    "undercut",
+    "thread outside",
+    "thread inside",
+    "part off",
+)
 
 
 @dataclass(frozen=True)
 class Order:
     """What is to be made.  part, blank: Profile; tools: {role: (LatheTool, ..)}; barriers: ((z0, z1, x0, x1), ..);
-    allowance, depth: mm; order: names of the steps; drive: thread.Drive, None where no thread is to be cut; diameter: X is a diameter in
-    messages (G7); clearance: mm that tools keep from barriers; beside: mm that rapids keep from stock."""
+    allowance, depth: mm; order: names of the steps; drive: thread.Drive, None where no thread is to be cut; diameter: X
+    is a diameter in messages (G7); clearance: mm that tools keep from barriers; beside: mm that rapids keep from
+    stock."""
 
     part: object
     blank: object
@@ -44,8 +58,9 @@ class Order:
 @dataclass
 class Step:
     """One step of the plan.  needed: bool; why: text; z0, z1: range; moves in the tool's own frame; removed: mm2;
-    speed: 1/min of the spindle, 0: the program's; cuts: (number of moves that have been made, stock of the tool's side then) after each cut;
-    after: {inside: stock} after the step; transverse: ((z0, z1), ..) of what a step of roughing cuts in columns."""
+    speed: 1/min of the spindle, 0: the program's; cuts: (number of moves that have been made, stock of the tool's side
+    then) after each cut; after: {inside: stock} after the step; transverse: ((z0, z1), ..) of what a step of roughing
+    cuts in columns."""
 
     name: str
     needed: bool
@@ -64,26 +79,41 @@ class Step:
 
 
 class State:
-    """Stock outside and in the bore (mirrored) as the steps go on.  given: as it was before an insert has cut it.  standing: with what the relief
-    of the edges leaves on slopes; no step cuts that, and rapids have to keep clear of it."""
+    """Stock outside and in the bore (mirrored) as the steps go on.  given: as it was before an insert has cut
+    it.  standing: with what the relief of the edges leaves on slopes; no step cuts that, and rapids have to keep clear
+    of it."""
 
     def __init__(self, order):
         self.order, part, blank = order, order.part, order.blank
         holders = [t for tools in order.tools.values() for t in tools]
-        more = 50.0 + max([abs(v) for t in holders for v in (t.holder_left, t.holder_right)] + [4 * t.nose + t.flat for t in holders], default=0.0)
+        more = 50.0 + max(
+            [abs(v) for t in holders for v in (t.holder_left, t.holder_right)] + [4 * t.nose + t.flat for t in holders],
+            default=0.0,
+        )
         self.domain = (min(part.z0, blank.z0) - more, max(part.z1, blank.z1) + more)
-        radius = max(highest(blank.outside, *self.domain), highest(part.outside, *self.domain), *(b[3] for b in order.barriers), 0.0)
+        radius = max(
+            highest(blank.outside, *self.domain),
+            highest(part.outside, *self.domain),
+            *(b[3] for b in order.barriers),
+            0.0,
+        )
         self.safe_x = radius + max(FAR_MM, order.clearance, order.beside)
         self.safe_z = max(part.z1, blank.z1) + max(FAR_MM, order.beside)
         self.stock = {False: blank.outside, True: blank.bore or [flat(blank.z0, blank.z1, 0.0)]}
         self.given, self.standing = dict(self.stock), dict(self.stock)
-        self.made = set()                   # (name of a step, tool number): each tool makes a step once
-        self.lids = {}                      # {tool number: pieces of what it leaves to a grooving tool}
-        self.failed = []                    # (name of a step, LatheTool, CycleError): a tool that could not make it
+        self.made = set()  # (name of a step, tool number): each tool makes a step once
+        self.lids = {}  # {tool number: pieces of what it leaves to a grooving tool}
+        self.failed = []  # (name of a step, LatheTool, CycleError): a tool that could not make it
         self.faced = part.z1 + order.allowance if blank.z1 <= part.z1 + order.allowance + FACED_MM else math.inf
         self.through = bool(part.bore) and part.bore[0].z0 < part.z0 + passes.ROUNDING_MM
-        self.part = {False: upper(part.outside, [flat(self.domain[0], part.z0, radius + 1.0)]), True: self._bore(part.bore)}
-        self.barrier = {False: _boxes(order.barriers, 3, 1, order.clearance), True: _boxes(order.barriers, 2, -1, order.clearance)}
+        self.part = {
+            False: upper(part.outside, [flat(self.domain[0], part.z0, radius + 1.0)]),
+            True: self._bore(part.bore),
+        }
+        self.barrier = {
+            False: _boxes(order.barriers, 3, 1, order.clearance),
+            True: _boxes(order.barriers, 2, -1, order.clearance),
+        }
 
     def _bore(self, bore):
         """The bore with its end: solid, a little behind it if it goes through the part."""
@@ -108,29 +138,62 @@ class State:
         start = (start_z + tool.nose, self.safe_x + tool.nose if not side else self._floor(side))
         bare = tool.bare()
         touch = reach.dilated(view(clip(self.standing[side], *_ends(self.stock[side]))), bare, 0.0, domain)
-        return Work(lowest, contact, block, start, clearance=self.order.approach, near=max(BESIDE_MM, self.order.beside), beside=self.order.beside, faced=self.faced if tool.towards < 0 else math.inf, stock=tuple(stock),
-                    nose=tool.nose, lean=tool.lean, given=tuple(reach.dilated(view(self.given[side]), tool, 0.0, domain)), touch=tuple(touch), tool=tool if levels else None), view, tool, domain
+        return (
+            Work(
+                lowest,
+                contact,
+                block,
+                start,
+                clearance=self.order.approach,
+                near=max(BESIDE_MM, self.order.beside),
+                beside=self.order.beside,
+                faced=self.faced if tool.towards < 0 else math.inf,
+                stock=tuple(stock),
+                nose=tool.nose,
+                lean=tool.lean,
+                given=tuple(reach.dilated(view(self.given[side]), tool, 0.0, domain)),
+                touch=tuple(touch),
+                tool=tool if levels else None,
+            ),
+            view,
+            tool,
+            domain,
+        )
 
     def lowest(self, tool, allowance, levels=False, keep=(), standing=None):
         """(lowest positions allowed, view, tool, domain) of a tool on its side, arguments as work()'s."""
         side = tool.inside
         view = mirrored if tool.towards > 0 else list
         if tool.towards > 0:
-            tool = replace(tool, left=tool.right, right=tool.left, holder_left=-tool.holder_right, holder_right=-tool.holder_left)
+            tool = replace(
+                tool, left=tool.right, right=tool.left, holder_left=-tool.holder_right, holder_right=-tool.holder_left
+            )
         domain = self.domain if tool.towards < 0 else (-self.domain[1], -self.domain[0])
         find = reach.reachable_in_levels if levels else reach.reachable
         kept = upper(upper(view(self.part[side]), view(self.barrier[side])), view(keep))
-        found = find(kept, view(self.stock[side]) if standing is None else view(standing), tool, allowance, self._floor(side), domain)
+        found = find(
+            kept,
+            view(self.stock[side]) if standing is None else view(standing),
+            tool,
+            allowance,
+            self._floor(side),
+            domain,
+        )
         if found is None:
             raise NoRoom("the holder finds no place beside the work", "correct the holder in the tool geometry file")
         return found, view, tool, domain
 
     def _floor(self, inside):
-        """The lowest position of a nose: at the axis or the hole in front of the face; inside, below all of the bore."""
+        """The lowest position of a nose: at the axis or the hole in front of the face; inside, below all of the
+        bore."""
         if inside:
             return min(min(value(p, p.z0), value(p, p.z1)) - (p.r if p.r else 0.0) for p in self.part[True])
         face = self.order.part.z1
-        return max(-highest(self.stock[True], face - CLEARANCE_MM, math.inf) - CLEARANCE_MM, 0.0) if self.stock[True] else 0.0
+        return (
+            max(-highest(self.stock[True], face - CLEARANCE_MM, math.inf) - CLEARANCE_MM, 0.0)
+            if self.stock[True]
+            else 0.0
+        )
 
     def cut(self, step, path, tool, view, domain):
         """Take a path's cuts from the stock, and add its moves to the step."""
@@ -144,7 +207,7 @@ class State:
         path.home()
         self.stock[side], self.standing[side] = view(left), view(real)
         step.removed += sum(a[2] for a in above(before, self.stock[side])) + _gone(before, self.stock[side])
-        if not side:                        # faced down to the hole: nothing of the bore is left there
+        if not side:  # faced down to the hole: nothing of the bore is left there
             standing = above(self.stock[False], negative(self.stock[True]), passes.ROUNDING_MM)
             self.stock[True] = clip(self.stock[True], -math.inf, standing[-1][1] if standing else -math.inf)
         step.start, moves = oriented(path, view is mirrored)
@@ -158,7 +221,11 @@ class State:
 
 def tools_of_role(state, role, inside, flat_bottom=False):
     """The tools of a role that work on a side, in the order of the program."""
-    return [t for t in state.order.tools.get(role, ()) if t.inside == inside and not t.point_angle and bool(t.flat) == flat_bottom]
+    return [
+        t
+        for t in state.order.tools.get(role, ())
+        if t.inside == inside and not t.point_angle and bool(t.flat) == flat_bottom
+    ]
 
 
 def without_tool(name, role, inside):
@@ -168,19 +235,24 @@ def without_tool(name, role, inside):
 
 
 def roof(state, tool, deepest):
-    """The highest position in the bore at which the far side of a boring bar is clear, for cuts down to Z deepest, mm."""
+    """The highest position in the bore at which the far side of a boring bar is clear, for cuts down to Z deepest,
+    mm."""
     return -highest(state.stock[True], deepest + tool.holder_left, math.inf) + tool.nose - tool.bar
 
 
 def oriented(path, mirror):
     """(start, moves) of a path; mirror: it was made in the mirror of Z."""
     flip = -1.0 if mirror else 1.0
-    moves = [Move(m.kind, flip * m.z, m.x, (flip * m.centre[0], m.centre[1]) if m.centre else (), m.ccw != mirror, m.pitch) for m in path.moves]
+    moves = [
+        Move(m.kind, flip * m.z, m.x, (flip * m.centre[0], m.centre[1]) if m.centre else (), m.ccw != mirror, m.pitch)
+        for m in path.moves
+    ]
     return (flip * path.work.start[0], path.work.start[1]), moves
 
 
 def _boxes(barriers, column, sign, clearance):
-    """Barriers as a graph, larger by the clearance on all sides: filled from their side of the work to the axis and beyond."""
+    """Barriers as a graph, larger by the clearance on all sides: filled from their side of the work to the axis and
+    beyond."""
     graph = []
     for box in barriers:
         graph = upper(graph, [flat(box[0] - clearance, box[1] + clearance, sign * box[column] + clearance)])

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The machining steps, in their stored order: is a step needed, over which range, in which direction; its path and what it leaves.
+"""The machining steps, in their stored order: is a step needed, over which range, in which direction; its path and what
+it leaves.
 
-Called by plan.py.  Source: the abstract on determining the machining steps of a lathe: the steps are read in sequence, each is
-judged on blank and part, and ranges and directions follow for those that are needed.  Here the blank of a step is what the steps
-before it have left, and a step is needed when its tool can reach more than its own tolerance of it.
+Called by plan.py.  Source: the abstract on determining the machining steps of a lathe: the steps are read in sequence,
+each is judged on blank and part, and ranges and directions follow for those that are needed.  Here the blank of a step
+is what the steps before it have left, and a step is needed when its tool can reach more than its own tolerance of it.
 """
 
 import math
@@ -19,8 +20,11 @@ from chipwise.turning.sides import ROUGH_MM, turn
 from chipwise.turning.state import CLEARANCE_MM, FACED_MM, Step, tools_of_role, without_tool
 from chipwise.turning.thread import thread
 
-FACE_REMEDIES = {EDGE: "use a tool whose front angle I is at most 90 degrees", HOLDER: "use a tool whose holder is behind its nose",
-                 BARRIER: "use a faced blank, or end the barrier of the tailstock with G23"}
+FACE_REMEDIES = {
+    EDGE: "use a tool whose front angle I is at most 90 degrees",
+    HOLDER: "use a tool whose holder is behind its nose",
+    BARRIER: "use a faced blank, or end the barrier of the tailstock with G23",
+}
 
 
 def face(state, name):
@@ -53,7 +57,11 @@ def _faced(state, name, tool, end, target):
     limit = highest(work.reach, levels[-1] + passes.ROUNDING_MM, domain[1])
     if limit > x_to + passes.ROUNDING_MM:
         what = obstacle(state, tool, upper(keep, state.part[False]), levels[-1] + passes.ROUNDING_MM, domain[1])[1]
-        raise NoRoom(f"T{tool.number} faces down to X{{x}} only, for {what} is in the way", FACE_REMEDIES[what], x=Across(limit - tool.nose))
+        raise NoRoom(
+            f"T{tool.number} faces down to X{{x}} only, for {what} is in the way",
+            FACE_REMEDIES[what],
+            x=Across(limit - tool.nose),
+        )
     step = Step(name, True, f"{end - target:.3f} mm of stock before the face", tool, "transverse, towards the axis")
     path = passes.face(work, levels, highest(work.contact, levels[-1] - 1e-9, domain[1]), x_to)
     state.cut(step, path, tool, view, domain)
@@ -77,23 +85,56 @@ def part_off(state, name):
     around = upper(stock, clip(state.part[False], order.part.z0, math.inf))
     limit, what = obstacle(state, tool, around, z, z, edges=False)
     if limit > x_to:
-        raise CycleError(f"T{tool.number} parts off down to X{{x}} only, for {what} is in the way",
-                         "use a longer blade, or leave more bar outside of the chuck", x=Across(limit - tool.nose))
-    top = max(highest(reach.dilated(stock, tool, 0.0, state.domain), z - order.beside, z + order.beside), x_to) + order.approach
-    step = Step(name, True, f"bar behind the part, from Z{order.part.z0:.3f} mm on", tool, "outside, transverse", z - tool.nose, order.part.z0)
+        raise CycleError(
+            f"T{tool.number} parts off down to X{{x}} only, for {what} is in the way",
+            "use a longer blade, or leave more bar outside of the chuck",
+            x=Across(limit - tool.nose),
+        )
+    top = (
+        max(highest(reach.dilated(stock, tool, 0.0, state.domain), z - order.beside, z + order.beside), x_to)
+        + order.approach
+    )
+    step = Step(
+        name,
+        True,
+        f"bar behind the part, from Z{order.part.z0:.3f} mm on",
+        tool,
+        "outside, transverse",
+        z - tool.nose,
+        order.part.z0,
+    )
     step.start = (state.safe_z + tool.nose, state.safe_x + tool.nose)
-    step.moves = [Move("rapid", z, step.start[1]), Move("rapid", z, top), Move("feed", z, x_to), Move("rapid", z, step.start[1]),
-                  Move("rapid", *step.start)]
+    step.moves = [
+        Move("rapid", z, step.start[1]),
+        Move("rapid", z, top),
+        Move("feed", z, x_to),
+        Move("rapid", z, step.start[1]),
+        Move("rapid", *step.start),
+    ]
     step.removed = (tool.flat + 2 * tool.nose) * max(top - order.approach - tool.nose - max(hole, 0.0), 0.0)
     state.stock[False] = clip(stock, order.part.z0, math.inf)
     return step
 
 
-REPEATED = ("rest outside", "rest inside", "finish outside", "finish inside", "groove")      # as long as a tool reaches more
+REPEATED = (
+    "rest outside",
+    "rest inside",
+    "finish outside",
+    "finish inside",
+    "groove",
+)  # as long as a tool reaches more
 STEPS = {
-    "face": face, "drill": drill, "groove": groove, "part off": part_off,
-    "thread outside": lambda s, n: thread(s, n, False), "thread inside": lambda s, n: thread(s, n, True),
+    "face": face,
+    "drill": drill,
+    "groove": groove,
+    "part off": part_off,
+    "thread outside": lambda s, n: thread(s, n, False),
+    "thread inside": lambda s, n: thread(s, n, True),
     "undercut": lambda s, n: turn(s, n, "undercut", False, False),
-    "rough outside": lambda s, n: turn(s, n, "rough", False, False), "rough inside": lambda s, n: turn(s, n, "rough", True, False),
-    "rest outside": lambda s, n: turn(s, n, "rough", False, False, True), "rest inside": lambda s, n: turn(s, n, "rough", True, False, True),
-    "finish outside": lambda s, n: turn(s, n, "finish", False, True), "finish inside": lambda s, n: turn(s, n, "finish", True, True)}
+    "rough outside": lambda s, n: turn(s, n, "rough", False, False),
+    "rough inside": lambda s, n: turn(s, n, "rough", True, False),
+    "rest outside": lambda s, n: turn(s, n, "rough", False, False, True),
+    "rest inside": lambda s, n: turn(s, n, "rough", True, False, True),
+    "finish outside": lambda s, n: turn(s, n, "finish", False, True),
+    "finish inside": lambda s, n: turn(s, n, "finish", True, True),
+}

@@ -1,16 +1,17 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The stock of the part in the chuck, r(z), in a file that survives an abort, E-stop and the end of LinuxCNC: [CHIPWISE]TURNING_STOCK.
+"""The stock of the part in the chuck, r(z), in a file that survives an abort, E-stop and the end of LinuxCNC:
+[CHIPWISE]TURNING_STOCK.
 
-Written by stages.py in the planner's process before anything moves; glue/turning.py only appends to it, when the machine has done what the
-line says.  Read by stages.py before the next plan.
+Written by stages.py in the planner's process before anything moves; glue/turning.py only appends to it, when the
+machine has done what the line says.  Read by stages.py before the next plan.
 
     {"chipwise turning stock": 1, "token": .., "program": .., "part": .., "blank": .., "zero": [z, x], "digest": ..}
-    {"step": "", "outside": [[z0, z1, zr, xr, slope, r, side], ..], "bore": [..], "threads": [..]}      one line a stage, the first is the beginning
-    ..
+    {"step": "", "outside": [[z0, z1, zr, xr, slope, r, side], ..], "bore": [..], "threads": [..]}      one line a
+    stage, the first is the beginning ..
     {"token": .., "done": 7}            appended: the machine has done all up to stage 7, or "asked", "confirmed"
 
-1. A line that is appended only ever takes stock away that the tool has cut, so one that is lost, torn or foreign leaves the stock fuller than
-   it is: the plan then cuts air.
+1. A line that is appended only ever takes stock away that the tool has cut, so one that is lost, torn or foreign leaves
+   the stock fuller than it is: the plan then cuts air.
 2. The whole of the stages has a digest: a file that anybody has changed is not used.
 Lengths mm, work coordinates; zero: where these are, machine coordinates of the tool's tip.
 """
@@ -31,13 +32,13 @@ FORMAT = 1
 _HEAD = "chipwise turning stock"
 MAX_BYTES = 1 << 26
 UNFINISHED = ".unfinished"
-ZERO_MM = 0.001         # of a work offset that is the same
+ZERO_MM = 0.001  # of a work offset that is the same
 ASKED, CONFIRMED = "asked", "confirmed"
 
 
 class Stage(NamedTuple):
-    """Stock after a part of a plan.  step: name of the step that has made it, "" at the beginning; outside, bore: graphs; threads: those that are
-    there."""
+    """Stock after a part of a plan.  step: name of the step that has made it, "" at the beginning; outside, bore:
+    graphs; threads: those that are there."""
 
     step: str
     outside: list
@@ -46,7 +47,8 @@ class Stage(NamedTuple):
 
 
 class Key(NamedTuple):
-    """What has to be the same if the file's stock is that of a plan: program (path), digests of part and blank, zero (z, x) mm."""
+    """What has to be the same if the file's stock is that of a plan: program (path), digests of part and blank, zero
+    (z, x) mm."""
 
     program: str
     part: str
@@ -62,8 +64,8 @@ class Record(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """What a file says.  stage: how far the machine has come; begun: whether it is farther than the beginning; asked: the operator has been asked
-    whether the part is in the chuck, and has not said so; changed: time of the file, s."""
+    """What a file says.  stage: how far the machine has come; begun: whether it is farther than the beginning; asked:
+    the operator has been asked whether the part is in the chuck, and has not said so; changed: time of the file, s."""
 
     key: Key
     stage: Stage
@@ -75,7 +77,12 @@ class Kept(NamedTuple):
 def key_of(order, program, zero):
     """Key of a plan.Order.  program: path; zero: (z, x) mm."""
     part, blank = order.part, order.blank
-    return Key(os.path.abspath(program), _digest([*_shape(part), [_thread(t) for t in part.threads]]), _digest(_shape(blank)), tuple(zero))
+    return Key(
+        os.path.abspath(program),
+        _digest([*_shape(part), [_thread(t) for t in part.threads]]),
+        _digest(_shape(blank)),
+        tuple(zero),
+    )
 
 
 def difference(kept, wanted):
@@ -112,8 +119,18 @@ def _digest(value):
 def write(path, key, stages):
     """Write a new file; -> its Record.  Raises OSError, and the file is then as before."""
     token = secrets.token_hex(8)
-    body = "".join(json.dumps({"step": s.step, "outside": _pieces(s.outside), "bore": _pieces(s.bore), "threads": [_thread(t) for t in s.threads]}) + "\n"
-                   for s in stages)
+    body = "".join(
+        json.dumps(
+            {
+                "step": s.step,
+                "outside": _pieces(s.outside),
+                "bore": _pieces(s.bore),
+                "threads": [_thread(t) for t in s.threads],
+            }
+        )
+        + "\n"
+        for s in stages
+    )
     head = {_HEAD: FORMAT, "token": token, **key._asdict(), "stages": len(stages), "digest": _digest(body)}
     write_durable(path, (json.dumps(head) + "\n" + body).encode(), UNFINISHED)
     return Record(path, token)
@@ -122,7 +139,7 @@ def write(path, key, stages):
 def note(record, what):
     """Append a line: the number of the stage that is done, ASKED or CONFIRMED.  Raises OSError."""
     line = {"token": record.token, **({"done": what} if isinstance(what, int) else {what: True})}
-    handle = os.open(record.path, os.O_WRONLY | os.O_APPEND | os.O_CLOEXEC)         # never makes a file
+    handle = os.open(record.path, os.O_WRONLY | os.O_APPEND | os.O_CLOEXEC)  # never makes a file
     try:
         os.write(handle, (json.dumps(line) + "\n").encode())
     finally:
@@ -164,7 +181,7 @@ def _kept(text, changed):
     if head[_HEAD] != FORMAT or count < 1 or _digest("".join(line + "\n" for line in lines[:count])) != head["digest"]:
         raise ValueError
     done, asked = 0, False
-    for line in lines[count:-1]:                # what follows the last line feed is torn
+    for line in lines[count:-1]:  # what follows the last line feed is torn
         said = _journal(line, head["token"])
         if isinstance(said.get("done"), int) and 0 <= said["done"] < count:
             done = max(done, said["done"])
@@ -172,8 +189,18 @@ def _kept(text, changed):
     stage = json.loads(lines[done])
     key = Key(str(head["program"]), str(head["part"]), str(head["blank"]), tuple(map(float, head["zero"])))
     begun = done > 0 or bool(stage["step"])
-    return Kept(key, Stage(stage["step"], [Piece(*p) for p in stage["outside"]], [Piece(*p) for p in stage["bore"]],
-                           tuple(Thread(*t) for t in stage["threads"])), begun, asked, changed)
+    return Kept(
+        key,
+        Stage(
+            stage["step"],
+            [Piece(*p) for p in stage["outside"]],
+            [Piece(*p) for p in stage["bore"]],
+            tuple(Thread(*t) for t in stage["threads"]),
+        ),
+        begun,
+        asked,
+        changed,
+    )
 
 
 def _journal(line, token):

@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The step that cuts threads: G33 passes whose depths make chips of equal area, from a run-in to a run-out.
 
-Called by steps.py.  The flanks of the insert are those of the thread, so it goes straight in: the area that it has cut at depth d grows with
-d^2, and pass k of n goes to depth * sqrt(k / n).  The last pass is made twice, for the spring of the work.  Of several starts each begins a pitch farther
-away from the work than the one before, at the same index of the spindle.
+Called by steps.py.  The flanks of the insert are those of the thread, so it goes straight in: the area that it has cut
+at depth d grows with d^2, and pass k of n goes to depth * sqrt(k / n).  The last pass is made twice, for the spring of
+the work.  Of several starts each begins a pitch farther away from the work than the one before, at the same index of
+the spindle.
 
-LinuxCNC begins a G33 move at the spindle's index, from rest (tp.c: sync_accel, 2.9.0~pre1): the tool is in step with the spindle after
-v^2 / 2a, and it brakes over as much before its end.  Both lie beside the thread: the run-in before it, the run-out in the undercut.
+LinuxCNC begins a G33 move at the spindle's index, from rest (tp.c: sync_accel, 2.9.0~pre1): the tool is in step with
+the spindle after v^2 / 2a, and it brakes over as much before its end.  Both lie beside the thread: the run-in before
+it, the run-out in the undercut.
 
-Lengths mm; positions are those of the nose's centre, in the frame of the tool's side (tool.py).  A thread that is cut towards +Z is
-mirrored in Z, as other tools that cut towards +Z are.
+Lengths mm; positions are those of the nose's centre, in the frame of the tool's side (tool.py).  A thread that is cut
+towards +Z is mirrored in Z, as other tools that cut towards +Z are.
 """
 
 import math
@@ -23,20 +25,20 @@ from chipwise.turning.state import Step, oriented, roof
 
 # depth of the first pass at a pitch of 1 mm; it grows with the root of the pitch, as makers of inserts recommend
 FIRST_MM = 0.3
-SETTLE_S = 0.01         # after the run-up the axis still corrects: ten servo periods of 1 ms
-SURPLUS = 1.25          # of the length in which the axis gets to its speed
+SETTLE_S = 0.01  # after the run-up the axis still corrects: ten servo periods of 1 ms
+SURPLUS = 1.25  # of the length in which the axis gets to its speed
 SPRING_PASSES = 1
 MAX_PASSES = 100
-NOSE_OUTSIDE, NOSE_INSIDE = 0.1443, 0.0722      # largest nose radius / pitch: H/6 and H/12 of ISO 68-1
-INCLUDED_DEG, ANGLE_DEG = 60.0, 1.0             # of a metric insert; it may differ by so much
-FINISHED_MM = 0.05      # more stock on the cylinder is not finished
-SAME_MM = 1e-6          # rounding
+NOSE_OUTSIDE, NOSE_INSIDE = 0.1443, 0.0722  # largest nose radius / pitch: H/6 and H/12 of ISO 68-1
+INCLUDED_DEG, ANGLE_DEG = 60.0, 1.0  # of a metric insert; it may differ by so much
+FINISHED_MM = 0.05  # more stock on the cylinder is not finished
+SAME_MM = 1e-6  # rounding
 
 
 @dataclass(frozen=True)
 class Drive:
-    """What a thread needs of spindle and Z axis.  direction: 3 or 4 as M3, M4, 0 unknown; velocity, acceleration: mm/s, mm/s2, of Z; override:
-    the largest of the spindle, 1 = 100 %."""
+    """What a thread needs of spindle and Z axis.  direction: 3 or 4 as M3, M4, 0 unknown; velocity, acceleration: mm/s,
+    mm/s2, of Z; override:  the largest of the spindle, 1 = 100 %."""
 
     direction: int = 0
     velocity: float = math.inf
@@ -57,10 +59,21 @@ def thread(state, name, inside):
         return Step(name, False, f"no tool for it: none of role THREAD works {'inside' if inside else 'outside'}")
     speed = min(t.speed for t in missing)
     parts = sorted((_Part(state, replace(t, speed=speed), tools[0]) for t in missing), key=lambda part: -part.thread.z1)
-    said = " and ".join(f"{2 * p.thread.x:.3f} x {p.thread.pitch:g} mm{' left-handed' if p.thread.left else ''}{_starts(p.thread)} in {p.count} + {SPRING_PASSES} passes"
-                        for p in parts)
-    step = Step(name, True, f"thread of {said} at {speed:.0f} rpm", tools[0], f"{'inside' if inside else 'outside'}, in step with the spindle",
-                min(p.thread.z0 for p in parts), max(p.thread.z1 for p in parts), speed=speed)
+    said = " and ".join(
+        f"{2 * p.thread.x:.3f} x {p.thread.pitch:g} mm{' left-handed' if p.thread.left else ''}{_starts(p.thread)} in "
+        f"{p.count} + {SPRING_PASSES} passes"
+        for p in parts
+    )
+    step = Step(
+        name,
+        True,
+        f"thread of {said} at {speed:.0f} rpm",
+        tools[0],
+        f"{'inside' if inside else 'outside'}, in step with the spindle",
+        min(p.thread.z0 for p in parts),
+        max(p.thread.z1 for p in parts),
+        speed=speed,
+    )
     for part in parts:
         step.start, moves = part.moves()
         step.moves += moves
@@ -75,22 +88,26 @@ def _starts(t):
 def _same(a, b):
     """Whether two threads are the same one."""
     return (a.inside, a.left, a.starts, round(a.pitch, 6)) == (b.inside, b.left, b.starts, round(b.pitch, 6)) and max(
-        abs(a.z0 - b.z0), abs(a.z1 - b.z1), abs(a.x - b.x)) < FINISHED_MM
+        abs(a.z0 - b.z0), abs(a.z1 - b.z1), abs(a.x - b.x)
+    ) < FINISHED_MM
 
 
 class _Part:
-    """One thread: where its passes begin and end, and how deep they are.  Raises CycleError for a thread that cannot be cut."""
+    """One thread: where its passes begin and end, and how deep they are.  Raises CycleError for a thread that cannot be
+    cut."""
 
     def __init__(self, state, wanted, tool):
         self.state, self.thread, self.drive = state, wanted, state.order.drive
-        self.forward = (self.drive.direction == 4) == wanted.left       # M3 and towards -Z: right-handed, whichever side the tool is on
+        self.forward = (
+            self.drive.direction == 4
+        ) == wanted.left  # M3 and towards -Z: right-handed, whichever side the tool is on
         _check_insert(wanted, tool)
         self.tool = replace(tool, towards=-1 if self.forward else 1)
         self.braking = self._braking()
         self.work, self.view, self.framed, self.domain = state.work(self.tool, 0.0)
         self.z0, self.z1 = (wanted.z0, wanted.z1) if self.forward else (-wanted.z1, -wanted.z0)
         crest = -wanted.x if wanted.inside else wanted.x
-        self.crest, self.root = crest + tool.nose, crest - wanted.depth + tool.nose         # positions
+        self.crest, self.root = crest + tool.nose, crest - wanted.depth + tool.nose  # positions
         self.count, self.depths = self._depths()
         self.start, self.end = self._ends()
         self.far = self.start + (wanted.starts - 1) * wanted.pitch
@@ -104,9 +121,16 @@ class _Part:
         speed = t.speed * drive.override / 60.0 * t.lead
         if speed > drive.velocity:
             most = math.floor(60.0 * drive.velocity / (t.lead * drive.override))
-            raise CycleError(f"{t.speed:.0f} rpm with a lead of {{p}} needs {{v}}/s along Z, its MAX_VELOCITY is {{most}}/s (line {{line}})"
-                             + (f", spindle override {100 * drive.override:.0f} % included" if drive.override > 1 else ""),
-                             f"write SPEED={most} or less into the THREAD comment", p=t.lead, v=speed, most=drive.velocity, line=str(t.line))
+            raise CycleError(
+                f"{t.speed:.0f} rpm with a lead of {{p}} needs {{v}}/s along Z, its MAX_VELOCITY is {{most}}/s (line "
+                f"{{line}})"
+                + (f", spindle override {100 * drive.override:.0f} % included" if drive.override > 1 else ""),
+                f"write SPEED={most} or less into the THREAD comment",
+                p=t.lead,
+                v=speed,
+                most=drive.velocity,
+                line=str(t.line),
+            )
         return SURPLUS * speed * speed / (2 * drive.acceleration) + speed * SETTLE_S
 
     def _depths(self):
@@ -115,8 +139,12 @@ class _Part:
         first = min(FIRST_MM * math.sqrt(t.pitch), self.tool.depth, t.depth)
         count = math.ceil((t.depth / first) ** 2 - 1e-9)
         if count > MAX_PASSES:
-            raise CycleError(f"a first pass of {{first}} makes {count} passes, more than {MAX_PASSES} (line {{line}})",
-                             "raise depth of the threading tool in the tool geometry file", first=first, line=str(t.line))
+            raise CycleError(
+                f"a first pass of {{first}} makes {count} passes, more than {MAX_PASSES} (line {{line}})",
+                "raise depth of the threading tool in the tool geometry file",
+                first=first,
+                line=str(t.line),
+            )
         return count, [t.depth * math.sqrt(k / count) for k in range(1, count + 1)] + [t.depth] * SPRING_PASSES
 
     def _ends(self):
@@ -124,21 +152,41 @@ class _Part:
         state, t = self.state, self.thread
         part, stock = self.view(state.part[t.inside]), self.view(state.stock[t.inside])
         a, b = self._zone(part)
-        thick = max((v[3] for v in above(clip(stock, self.z0, self.z1), [flat(self.z0, self.z1, self.crest - self.tool.nose)], FINISHED_MM)), default=0.0)
+        thick = max(
+            (
+                v[3]
+                for v in above(
+                    clip(stock, self.z0, self.z1), [flat(self.z0, self.z1, self.crest - self.tool.nose)], FINISHED_MM
+                )
+            ),
+            default=0.0,
+        )
         if thick:
-            raise CycleError("{h} of stock is left on the cylinder of the thread (line {line})", "give a finishing tool that reaches it", h=thick,
-                             line=str(t.line))
+            raise CycleError(
+                "{h} of stock is left on the cylinder of the thread (line {line})",
+                "give a finishing tool that reaches it",
+                h=thick,
+                line=str(t.line),
+            )
         barrier = self.view(state.barrier[t.inside])
         solid = upper(upper(self._without(part, a, b), self._without(stock, a, b)), barrier)
         # above its tooth the insert is not wider, until the holder's box: what is higher counts as if it ended there
         solid = lower(solid, [flat(*self.domain, self.root - self.tool.nose + _tooth(self.tool))])
         holder = clip(reach.holder_height(upper(upper(part, stock), barrier), self.framed, 0.0), *self.domain)
-        blocked = above(upper(upper(reach.dilated(solid, self.framed, 0.0, self.domain), holder), [flat(*self.domain, self.root - 1.0)]),
-                        [flat(*self.domain, self.root)], SAME_MM)
-        width = self.tool.nose + t.depth / min(self.framed.left, self.framed.right)         # of the insert from its middle, at the crest
+        blocked = above(
+            upper(
+                upper(reach.dilated(solid, self.framed, 0.0, self.domain), holder),
+                [flat(*self.domain, self.root - 1.0)],
+            ),
+            [flat(*self.domain, self.root)],
+            SAME_MM,
+        )
+        width = self.tool.nose + t.depth / min(
+            self.framed.left, self.framed.right
+        )  # of the insert from its middle, at the crest
         before = min((v[0] for v in blocked if v[1] > 0.5 * (a + b)), default=math.inf) - b - width
         behind = a - width - max((v[1] for v in blocked if v[0] < 0.5 * (a + b)), default=-math.inf)
-        self._check_room("run-in", before - (t.starts - 1) * t.pitch, b)        # the other starts begin farther away
+        self._check_room("run-in", before - (t.starts - 1) * t.pitch, b)  # the other starts begin farther away
         self._check_room("run-out", behind, a)
         return b + width + self.braking, a - width - self.braking
 
@@ -148,24 +196,47 @@ class _Part:
             return
         t = self.thread
         share = SURPLUS / (2 * self.drive.acceleration)
-        slow = math.floor(60.0 * (math.sqrt(SETTLE_S ** 2 + 4 * share * max(room, 0.0)) - SETTLE_S) / (2 * share * t.lead * self.drive.override))
-        raise CycleError(f"the {what} of the thread needs {{need}} beside Z{{z}} at {t.speed:.0f} rpm, there is room for {{room}} (line {{line}})",
-                         f"write SPEED={slow} or less into the THREAD comment, or make room there" if slow >= 20 else
-                         "make room there: a wider undercut, nothing in front of the thread",
-                         need=self.braking, z=z if self.forward else -z, room=max(room, 0.0), line=str(t.line))
+        slow = math.floor(
+            60.0
+            * (math.sqrt(SETTLE_S**2 + 4 * share * max(room, 0.0)) - SETTLE_S)
+            / (2 * share * t.lead * self.drive.override)
+        )
+        raise CycleError(
+            f"the {what} of the thread needs {{need}} beside Z{{z}} at {t.speed:.0f} rpm, there is room for {{room}} "
+            f"(line {{line}})",
+            f"write SPEED={slow} or less into the THREAD comment, or make room there"
+            if slow >= 20
+            else "make room there: a wider undercut, nothing in front of the thread",
+            need=self.braking,
+            z=z if self.forward else -z,
+            room=max(room, 0.0),
+            line=str(t.line),
+        )
 
     def _zone(self, part):
-        """(a, b): where the part is above the root: the cylinder, and chamfers beside it, which the thread runs over."""
+        """(a, b): where the part is above the root: the cylinder, and chamfers beside it, which the thread runs
+        over."""
         low = self.root - self.tool.nose
         level = [flat(*self.domain, low)]
-        a, b = next(v[:2] for v in above(upper(part, [flat(*self.domain, low - 1.0)]), level) if v[0] < 0.5 * (self.z0 + self.z1) < v[1])
+        a, b = next(
+            v[:2]
+            for v in above(upper(part, [flat(*self.domain, low - 1.0)]), level)
+            if v[0] < 0.5 * (self.z0 + self.z1) < v[1]
+        )
         for p in clip(part, a, b):
             if p.z0 >= self.z0 - SAME_MM and p.z1 <= self.z1 + SAME_MM or p.z1 - p.z0 < SAME_MM:
                 continue
             outer, inner = (p.z0, p.z1) if p.z1 <= self.z0 + SAME_MM else (p.z1, p.z0)
-            if not value(p, outer) < value(p, inner) - 0.1 * (p.z1 - p.z0) or top(p, p.z0, p.z1) > self.crest - self.tool.nose + SAME_MM:
-                raise CycleError("beside the thread the part is above its root at Z{z} (line {line})", "draw an undercut or a smaller diameter there",
-                                 z=inner if self.forward else -inner, line=str(self.thread.line))
+            if (
+                not value(p, outer) < value(p, inner) - 0.1 * (p.z1 - p.z0)
+                or top(p, p.z0, p.z1) > self.crest - self.tool.nose + SAME_MM
+            ):
+                raise CycleError(
+                    "beside the thread the part is above its root at Z{z} (line {line})",
+                    "draw an undercut or a smaller diameter there",
+                    z=inner if self.forward else -inner,
+                    line=str(self.thread.line),
+                )
         return a, b
 
     def _without(self, graph, a, b):
@@ -180,7 +251,7 @@ class _Part:
         path.link(self.start, high)
         begins = [self.start + k * self.thread.pitch for k in range(self.thread.starts)]
         for depth in self.depths:
-            for z in begins:                # at the spindle's index: a pitch farther away is another start
+            for z in begins:  # at the spindle's index: a pitch farther away is another start
                 path.rapid(z, high)
                 path.rapid(z, self.crest - depth)
                 path.thread(self.end, self.crest - depth, self.thread.lead)
@@ -197,6 +268,7 @@ def _tooth(tool):
 
 def _check_insert(t, tool):
     """Refuse an insert that does not make this thread."""
+
     def wrong(fact, remedy, **lengths):
         raise CycleError(fact + " (line {line})", remedy, line=str(t.line), **lengths)
 
@@ -205,8 +277,25 @@ def _check_insert(t, tool):
         wrong(f"the insert has {tool.included:g} degrees between its edges, the thread 60", other)
     share = NOSE_INSIDE if t.inside else NOSE_OUTSIDE
     if t.standard and tool.nose > share * t.pitch + SAME_MM:
-        wrong("the nose radius {r} is more than {most}, the root of a pitch of {p}", other, r=tool.nose, most=share * t.pitch, p=t.pitch)
+        wrong(
+            "the nose radius {r} is more than {most}, the root of a pitch of {p}",
+            other,
+            r=tool.nose,
+            most=share * t.pitch,
+            p=t.pitch,
+        )
     if _tooth(tool) < t.depth:
-        wrong("the edges of {e} are too short for a depth of {d}", f"use another insert than T{tool.number}", e=tool.edge, d=t.depth)
+        wrong(
+            "the edges of {e} are too short for a depth of {d}",
+            f"use another insert than T{tool.number}",
+            e=tool.edge,
+            d=t.depth,
+        )
     if tool.pitch and not tool.pitch[0] - SAME_MM <= t.pitch <= tool.pitch[1] + SAME_MM:
-        wrong(f"the pitch {{p}} is not one of T{tool.number}, from {{a}} to {{b}}", "use another insert", p=t.pitch, a=tool.pitch[0], b=tool.pitch[1])
+        wrong(
+            f"the pitch {{p}} is not one of T{tool.number}, from {{a}} to {{b}}",
+            "use another insert",
+            p=t.pitch,
+            a=tool.pitch[0],
+            b=tool.pitch[1],
+        )

@@ -3,7 +3,8 @@
 
     G1 Z-18 (THREAD,PITCH=1.5)          or (THREAD,PITCH=1.5,STARTS=2)
 
-Called by read_part.py.  Outside the drawn cylinder is the major diameter, in a bore the minor one, as it is before the thread is cut.
+Called by read_part.py.  Outside the drawn cylinder is the major diameter, in a bore the minor one, as it is before the
+thread is cut.
 """
 
 import math
@@ -13,10 +14,13 @@ from dataclasses import dataclass
 from chipwise.program import comments
 from chipwise.turning.profile_function import value
 
-OUTSIDE, INSIDE = 0.61343, 0.54127      # depth / pitch of a metric thread of 60 degrees, ISO 68-1: 17/24 and 5/8 of the height of its triangle
-MOST_MM = 50.0          # of a lead
+OUTSIDE, INSIDE = (
+    0.61343,
+    0.54127,
+)  # depth / pitch of a metric thread of 60 degrees, ISO 68-1: 17/24 and 5/8 of the height of its triangle
+MOST_MM = 50.0  # of a lead
 MOST_STARTS = 12
-CYLINDER_MM = 1e-4      # a cylinder's ends differ by less
+CYLINDER_MM = 1e-4  # a cylinder's ends differ by less
 _NUMBERS = ("PITCH", "DEPTH", "SPEED")
 
 
@@ -58,7 +62,9 @@ def read_threads(found, outside, bore, unit_mm):
             fields = _fields(found, number, comment, unit_mm)
             pieces = [(p, side) for graph, side in ((outside, False), (bore, True)) for p in graph if p.line == number]
             if not pieces:
-                raise found.fault(number, "the THREAD comment is on a line that draws nothing", "put it on the line of the cylinder")
+                raise found.fault(
+                    number, "the THREAD comment is on a line that draws nothing", "put it on the line of the cylinder"
+                )
             threads += [_thread(found, number, fields, p, side) for p, side in pieces]
     return tuple(threads)
 
@@ -75,10 +81,18 @@ def _fields(found, number, comment, unit_mm):
         elif key in _NUMBERS and re.fullmatch(r"\d+(?:\.\d*)?|\.\d+", given) and float(given) > 0.0:
             fields[key] = float(given) * (1.0 if key == "SPEED" else unit_mm)
         else:
-            raise found.fault(number, f"THREAD comment: {part[:40]} is not understood",
-                        f"write (THREAD,PITCH=1.5), with DEPTH= SPEED= as numbers above 0, HAND=LEFT or RIGHT, STARTS= from 1 to {MOST_STARTS} where needed")
+            raise found.fault(
+                number,
+                f"THREAD comment: {part[:40]} is not understood",
+                f"write (THREAD,PITCH=1.5), with DEPTH= SPEED= as numbers above 0, HAND=LEFT or RIGHT, STARTS= from 1 "
+                f"to {MOST_STARTS} where needed",
+            )
     if not 0.0 < fields.get("PITCH", 0.0) * fields.get("STARTS", 1) <= MOST_MM:
-        raise found.fault(number, f"THREAD comment: PITCH is not above 0 and, times STARTS, up to {MOST_MM:g} mm", "write (THREAD,PITCH=1.5)")
+        raise found.fault(
+            number,
+            f"THREAD comment: PITCH is not above 0 and, times STARTS, up to {MOST_MM:g} mm",
+            "write (THREAD,PITCH=1.5)",
+        )
     if fields.get("DEPTH", 0.0) > fields["PITCH"]:
         raise found.fault(number, "THREAD comment: DEPTH is more than PITCH", "give the depth on one side")
     return fields
@@ -88,10 +102,30 @@ def _thread(found, number, fields, piece, inside):
     """Thread of a piece of a graph; a bore's graph is mirrored."""
     ends = value(piece, piece.z0), value(piece, piece.z1)
     if piece.r or abs(ends[0] - ends[1]) > CYLINDER_MM:
-        raise found.fault(number, "the thread is not on a cylinder", "put the THREAD comment on a line along Z; a tapered thread is not planned: cut it after G26, with G33 in X and Z")
+        raise found.fault(
+            number,
+            "the thread is not on a cylinder",
+            "put the THREAD comment on a line along Z; a tapered thread is not planned: cut it after G26, with G33 in "
+            "X and Z",
+        )
     x = math.fabs(ends[0])
     depth = fields.get("DEPTH", fields["PITCH"] * (INSIDE if inside else OUTSIDE))
     if not inside and depth >= x:
-        raise found.fault(number, f"the thread is {depth:.3f} mm deep, more than its radius of {x:.3f} mm", "correct PITCH, DEPTH or the diameter")
-    return Thread(piece.z0, piece.z1, x, fields["PITCH"], depth, "DEPTH" not in fields, fields.get("HAND") == "LEFT", fields.get("SPEED", 0.0), inside,
-                  number, fields.get("STARTS", 1))
+        raise found.fault(
+            number,
+            f"the thread is {depth:.3f} mm deep, more than its radius of {x:.3f} mm",
+            "correct PITCH, DEPTH or the diameter",
+        )
+    return Thread(
+        piece.z0,
+        piece.z1,
+        x,
+        fields["PITCH"],
+        depth,
+        "DEPTH" not in fields,
+        fields.get("HAND") == "LEFT",
+        fields.get("SPEED", 0.0),
+        inside,
+        number,
+        fields.get("STARTS", 1),
+    )

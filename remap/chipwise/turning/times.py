@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""How long a plan takes on the machine, s: each move from rest to rest, as exact path (G61) has it.  Called by g26_plan.py, read_part.py and cli/turn.py.
+"""How long a plan takes on the machine, s: each move from rest to rest, as exact path (G61) has it.  Called by
+g26_plan.py, read_part.py and cli/turn.py.
 
 Tool changes, the start of the spindle and the planning are not included, and are named apart."""
 
@@ -25,8 +26,10 @@ class Motion:
         """(mm/s, mm/s2) that a straight move in this direction may have."""
         length = math.hypot(dz, dx)
         shares = [abs(d) / length for d in (dz, dx)]
-        return tuple(min([path, *(limit / share for limit, share in zip(limits, shares) if share > STILL_MM)])
-                     for limits, path in ((self.velocity, self.path_velocity), (self.acceleration, self.path_acceleration)))
+        return tuple(
+            min([path, *(limit / share for limit, share in zip(limits, shares) if share > STILL_MM)])
+            for limits, path in ((self.velocity, self.path_velocity), (self.acceleration, self.path_acceleration))
+        )
 
     def rapid(self, dz, dx):
         """s of a rapid."""
@@ -35,7 +38,7 @@ class Motion:
 
 def _from_rest_to_rest(length, velocity, acceleration):
     """s of a move that begins and ends at rest."""
-    if length * acceleration > velocity ** 2:
+    if length * acceleration > velocity**2:
         return length / velocity + velocity / acceleration
     return 2 * math.sqrt(length / acceleration)
 
@@ -50,9 +53,11 @@ def seconds(step, request, motion):
         if kind == "rapid":
             total += motion.rapid(dz, dx)
         elif kind == "thread":
-            total += 60.0 / step.speed * (length / move.pitch + 0.5)        # on average it waits half a turn for the index
+            total += 60.0 / step.speed * (length / move.pitch + 0.5)  # on average it waits half a turn for the index
         elif length > STILL_MM:
-            velocity, acceleration = motion.along(dz, dx) if kind == "feed" else (motion.path_velocity, min(motion.acceleration))
+            velocity, acceleration = (
+                motion.along(dz, dx) if kind == "feed" else (motion.path_velocity, min(motion.acceleration))
+            )
             turns = speed if steady else speed_at(step, request, 0.5 * (abs(x) + abs(move.x)))
             total += _from_rest_to_rest(length, min(feed * turns / 60.0, velocity), acceleration)
         z, x = move.z, move.x
@@ -61,8 +66,8 @@ def seconds(step, request, motion):
 
 @dataclass(frozen=True)
 class Times:
-    """steps: s of every Step, 0 of one that is not needed; changes: of the tool; travel: s of the rapids between the place of the tool change and
-    the work, and from step to step, None if nobody knows that place."""
+    """steps: s of every Step, 0 of one that is not needed; changes: of the tool; travel: s of the rapids between the
+    place of the tool change and the work, and from step to step, None if nobody knows that place."""
 
     steps: tuple
     changes: int
@@ -74,7 +79,8 @@ class Times:
 
 
 def times(plan, request, motion, home=None):
-    """Times of a plan.  home: (z, x) mm of the controlled point where tools are changed, None where that is not known."""
+    """Times of a plan.  home: (z, x) mm of the controlled point where tools are changed, None where that is not
+    known."""
     made = list(blocks(plan, request)) if request.speed or not request.per_rev else []
     travel, at = 0.0, home
     for block in made if home else ():
@@ -85,4 +91,8 @@ def times(plan, request, motion, home=None):
         if block.back:
             travel += motion.rapid(home[0] - last[0], 0.0) + motion.rapid(0.0, home[1] - last[1])
         at = last
-    return Times(tuple(seconds(s, request, motion) if s.needed else 0.0 for s in plan.steps), sum(block.change for block in made), travel if home else None)
+    return Times(
+        tuple(seconds(s, request, motion) if s.needed else 0.0 for s in plan.steps),
+        sum(block.change for block in made),
+        travel if home else None,
+    )

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Turning tools: LinuxCNC's tool table (D I J Q) and the [lathe.N] tables of the tool geometry file, checked.
 
-Called by read_part.py, request.py and g26_plan.py.  The conventions are those of LinuxCNC's tool picture (rs274/glcanon.py, 2.9): orientation Q
-gives where the nose's centre is, seen from the controlled point; I and J are the directions of the two edges, in degrees from
-+Z towards +X.  Q2 I85 J25 is an outside tool that cuts towards the chuck.
+Called by read_part.py, request.py and g26_plan.py.  The conventions are those of LinuxCNC's tool picture
+(rs274/glcanon.py, 2.9): orientation Q gives where the nose's centre is, seen from the controlled point; I and J are the
+directions of the two edges, in degrees from +Z towards +X.  Q2 I85 J25 is an outside tool that cuts towards the chuck.
 """
 
 import math
@@ -16,15 +16,21 @@ from chipwise.host.files import read_bytes
 
 ROLES = ("rough", "finish", "groove", "undercut", "thread", "drill", "partoff")
 CENTRE = {1: (1, -1), 2: (1, 1), 3: (-1, 1), 4: (-1, -1), 5: (0, -1), 6: (1, 0), 7: (0, 1), 8: (-1, 0), 9: (0, 0)}
-RELIEF_DEG = 2.0        # the edges' clearance from the work, unless the file says another
+RELIEF_DEG = 2.0  # the edges' clearance from the work, unless the file says another
 MAX_BYTES = 1 << 18
 
 # key: (largest, may be 0 or less, rule)
-_NUMBERS = {"edge_length": (500.0, False, "a length above 0 mm"), "width": (100.0, False, "a length above 0 mm"),
-            "depth": (50.0, False, "a length above 0 mm"), "point_angle": (180.0, False, "an angle above 0, up to 180 degrees"),
-            "cutting_speed": (2000.0, False, "a speed above 0, up to 2000 m/min"), "feed": (10.0, False, "a feed above 0, up to 10 mm per revolution"),
-            "finish_feed": (10.0, False, "a feed above 0, up to 10 mm per revolution"),
-            "relief": (20.0, True, "an angle from 0 to 20 degrees"), "bar": (500.0, False, "a length above 0 mm")}
+_NUMBERS = {
+    "edge_length": (500.0, False, "a length above 0 mm"),
+    "width": (100.0, False, "a length above 0 mm"),
+    "depth": (50.0, False, "a length above 0 mm"),
+    "point_angle": (180.0, False, "an angle above 0, up to 180 degrees"),
+    "cutting_speed": (2000.0, False, "a speed above 0, up to 2000 m/min"),
+    "feed": (10.0, False, "a feed above 0, up to 10 mm per revolution"),
+    "finish_feed": (10.0, False, "a feed above 0, up to 10 mm per revolution"),
+    "relief": (20.0, True, "an angle from 0 to 20 degrees"),
+    "bar": (500.0, False, "a length above 0 mm"),
+}
 
 
 @dataclass(frozen=True)
@@ -33,7 +39,8 @@ class LatheTool:
 
     number; role names; inside: bool
     nose                mm, radius; diameter: mm, of the table
-    left, right         mm per mm: how the insert's lower edges rise to the left and right of the nose; inf: they do not bind
+    left, right         mm per mm: how the insert's lower edges rise to the left and right of the nose; inf: they do not
+                        bind
     flat                mm, bottom of a grooving tool between its corners
     edge                mm, length of the edge; depth: mm, largest depth of cut
     holder_left, holder_right, holder_up    mm from the nose's centre: the holder's box begins `up` above it
@@ -74,7 +81,9 @@ class LatheTool:
 
     def bare(self):
         """The insert itself, without the relief: left and right rise more."""
-        rises = [v if math.isinf(v) else math.tan(math.atan(v) + math.radians(self.relief)) for v in (self.left, self.right)]
+        rises = [
+            v if math.isinf(v) else math.tan(math.atan(v) + math.radians(self.relief)) for v in (self.left, self.right)
+        ]
         return replace(self, left=rises[0], right=rises[1], relief=0.0)
 
 
@@ -109,10 +118,15 @@ def _table_tool(path, line, words):
     try:
         numbers = {letter: float(text) for letter, text in words.items()}
         if all(map(math.isfinite, numbers.values())):
-            return TableTool(*(numbers.get(k, 0.0) for k in "DIJ"), int(numbers.get("Q", 0)), *(numbers.get(k, 0.0) for k in "XZ"))
+            return TableTool(
+                *(numbers.get(k, 0.0) for k in "DIJ"), int(numbers.get("Q", 0)), *(numbers.get(k, 0.0) for k in "XZ")
+            )
     except ValueError:
         pass
-    raise CycleError(f"tool table {braceless(path)}: the line {braceless(line.strip()[:60])} cannot be read", "correct the tool table")
+    raise CycleError(
+        f"tool table {braceless(path)}: the line {braceless(line.strip()[:60])} cannot be read",
+        "correct the tool table",
+    )
 
 
 def read_geometry(path):
@@ -122,11 +136,15 @@ def read_geometry(path):
     try:
         document = tomllib.loads(read_bytes(path, MAX_BYTES).decode("utf-8"))
     except OSError as error:
-        raise CycleError(f"{braceless(path)} cannot be read: {error.strerror}", "correct [CHIPWISE]TOOL_GEOMETRY") from error
+        raise CycleError(
+            f"{braceless(path)} cannot be read: {error.strerror}", "correct [CHIPWISE]TOOL_GEOMETRY"
+        ) from error
     except (ValueError, RecursionError) as error:
         raise CycleError(f"{braceless(path)} is not TOML: {braceless(str(error))}", "correct the file") from error
     tables = document.get("lathe", {})
-    if not isinstance(tables, dict) or not all(re.fullmatch(r"\d{1,9}", n) and isinstance(t, dict) for n, t in tables.items()):
+    if not isinstance(tables, dict) or not all(
+        re.fullmatch(r"\d{1,9}", n) and isinstance(t, dict) for n, t in tables.items()
+    ):
         raise CycleError("lathe is not a table of tool numbers", "write [lathe.N], N the tool number")
     return {int(number): _checked(int(number), table) for number, table in tables.items()}
 
@@ -138,14 +156,30 @@ def _checked(number, table):
             if not isinstance(value, list) or any(role not in ROLES for role in value):
                 raise CycleError(f"lathe tool {number}: roles are not a list of known ones", "use " + ", ".join(ROLES))
         elif key == "holder":
-            if not (isinstance(value, list) and len(value) == 3 and all(map(_finite, value)) and value[0] < value[1] and value[2] > 0):
-                raise CycleError(f"lathe tool {number}: holder is not [left, right, up] with left below right and up above 0",
-                                 "give the holder's box in mm from the centre of the nose: holder = [-2, 18, 8]")
+            if not (
+                isinstance(value, list)
+                and len(value) == 3
+                and all(map(_finite, value))
+                and value[0] < value[1]
+                and value[2] > 0
+            ):
+                raise CycleError(
+                    f"lathe tool {number}: holder is not [left, right, up] with left below right and up above 0",
+                    "give the holder's box in mm from the centre of the nose: holder = [-2, 18, 8]",
+                )
         elif key == "pitch":
-            if not (isinstance(value, list) and len(value) == 2 and all(map(_finite, value)) and 0 < value[0] <= value[1]):
-                raise CycleError(f"lathe tool {number}: pitch is not [least, most] above 0", "give the pitches of the insert in mm: pitch = [0.5, 1.5]")
+            if not (
+                isinstance(value, list) and len(value) == 2 and all(map(_finite, value)) and 0 < value[0] <= value[1]
+            ):
+                raise CycleError(
+                    f"lathe tool {number}: pitch is not [least, most] above 0",
+                    "give the pitches of the insert in mm: pitch = [0.5, 1.5]",
+                )
         elif key not in _NUMBERS:
-            raise CycleError(f"lathe tool {number}: {braceless(key[:40])} is not a key", "use roles, holder, pitch, " + ", ".join(_NUMBERS))
+            raise CycleError(
+                f"lathe tool {number}: {braceless(key[:40])} is not a key",
+                "use roles, holder, pitch, " + ", ".join(_NUMBERS),
+            )
         else:
             most, zero, rule = _NUMBERS[key]
             if not _finite(value) or not (0 <= value <= most if zero else 0 < value <= most):
@@ -158,7 +192,9 @@ def _finite(value):
 
 
 def make_tool(number, table, geometry, unit_mm=1.0):
-    """LatheTool of a line of the tool table and its [lathe.N] table.  Raises CycleError for what leaves its shape open."""
+    """LatheTool of a line of the tool table and its [lathe.N] table.  Raises CycleError for what leaves its shape
+    open."""
+
     def wrong(fact, remedy):
         raise CycleError(f"tool {number}: {fact}", remedy)
 
@@ -178,7 +214,10 @@ def make_tool(number, table, geometry, unit_mm=1.0):
 def _insert(number, entry, more, nose, wrong):
     """LatheTool of an insert; nose: its radius, mm; wrong(fact, remedy) raises."""
     if not 0.0 < nose <= 50.0:
-        wrong(f"the nose diameter D{2 * nose:g} mm is not above 0 and up to 100 mm", "set D in the tool table to twice the nose radius")
+        wrong(
+            f"the nose diameter D{2 * nose:g} mm is not above 0 and up to 100 mm",
+            "set D in the tool table to twice the nose radius",
+        )
     for key in ("edge_length", "holder"):
         if key not in more:
             wrong(f"[lathe.{number}] has no {key}", f"add {key}: without it nobody knows what the tool touches")
@@ -186,8 +225,10 @@ def _insert(number, entry, more, nose, wrong):
     relief = more.get("relief", RELIEF_DEG)
     left, right = _rise(180.0 - high, relief), _rise(low, relief)
     if min(left, right) <= 0.0:
-        wrong(f"its edges at I{entry.front:g} J{entry.back:g} leave nothing of the relief of {relief:g} degrees",
-              "correct I and J, or set relief")
+        wrong(
+            f"its edges at I{entry.front:g} J{entry.back:g} leave nothing of the relief of {relief:g} degrees",
+            "correct I and J, or set relief",
+        )
     flat = max(more.get("width", 0.0) - 2 * nose, 0.0)
     if "width" in more and more["width"] < 2 * nose:
         wrong(f"its width {more['width']:g} mm is less than twice the nose radius {nose:g} mm", "correct width or D")
@@ -197,10 +238,27 @@ def _insert(number, entry, more, nose, wrong):
     at_flat = {1: 0.0, 0: 0.5, -1: 1.0}[z] * flat
     towards = 1 if low >= 90.0 and high > 90.0 else -1
     ahead = low - 90.0 if towards > 0 else 90.0 - high
-    return LatheTool(number, tuple(more.get("roles", ())), inside, nose, 2 * nose, left, right, flat, more["edge_length"],
-                     min(more.get("depth", more["edge_length"] / 2), more["edge_length"]), *more["holder"], more.get("bar", 0.0),
-                     towards, (at_flat - z * nose, -x * nose), included=high - low,
-                     pitch=tuple(more.get("pitch", ())), lean=math.tan(math.radians(ahead)) if ahead >= 0.0 else math.inf, relief=relief, **_cutting(more))
+    return LatheTool(
+        number,
+        tuple(more.get("roles", ())),
+        inside,
+        nose,
+        2 * nose,
+        left,
+        right,
+        flat,
+        more["edge_length"],
+        min(more.get("depth", more["edge_length"] / 2), more["edge_length"]),
+        *more["holder"],
+        more.get("bar", 0.0),
+        towards,
+        (at_flat - z * nose, -x * nose),
+        included=high - low,
+        pitch=tuple(more.get("pitch", ())),
+        lean=math.tan(math.radians(ahead)) if ahead >= 0.0 else math.inf,
+        relief=relief,
+        **_cutting(more),
+    )
 
 
 def _cutting(more):
@@ -209,26 +267,36 @@ def _cutting(more):
 
 
 def _edges(entry, flat, wrong):
-    """(inside, lower, higher angle) of the insert, mirrored to the outside; flat: a grooving tool, whose edges may be parallel."""
+    """(inside, lower, higher angle) of the insert, mirrored to the outside; flat: a grooving tool, whose edges may be
+    parallel."""
     low, high = sorted(angle % 360.0 for angle in (entry.front, entry.back))
     if high - low > 180.0:
         low, high = high - 360.0, low
     if high - low < 1.0 and not (flat and high - low == 0.0):
-        wrong(f"its edges at I{entry.front:g} J{entry.back:g} leave no insert between them", "set I and J in the tool table, in degrees from +Z")
+        wrong(
+            f"its edges at I{entry.front:g} J{entry.back:g} leave no insert between them",
+            "set I and J in the tool table, in degrees from +Z",
+        )
     inside = low >= 180.0
     if inside:
         low, high = 360.0 - high, 360.0 - low
     if not (0.0 < low and high < 180.0):
-        wrong(f"its edges at I{entry.front:g} J{entry.back:g} point along Z: it turns neither outside nor inside",
-              "use a tool whose edges are both above or both below the Z axis")
+        wrong(
+            f"its edges at I{entry.front:g} J{entry.back:g} point along Z: it turns neither outside nor inside",
+            "use a tool whose edges are both above or both below the Z axis",
+        )
     x = CENTRE[entry.orientation][0]
     if x and (x < 0) != inside:
-        wrong(f"orientation Q{entry.orientation} and edges at I{entry.front:g} J{entry.back:g} are of different sides", "correct Q, I or J")
+        wrong(
+            f"orientation Q{entry.orientation} and edges at I{entry.front:g} J{entry.back:g} are of different sides",
+            "correct Q, I or J",
+        )
     return inside, low, high
 
 
 def _rise(angle, relief):
-    """Rise of an edge at an angle from the Z axis, flatter by the relief; inf from 90 degrees on: there it leans away."""
+    """Rise of an edge at an angle from the Z axis, flatter by the relief; inf from 90 degrees on: there it leans
+    away."""
     return math.inf if angle >= 90.0 else math.tan(math.radians(angle - relief))
 
 
@@ -239,5 +307,23 @@ def _drill(number, entry, more, diameter, wrong):
         wrong(f"orientation Q{entry.orientation} is not that of a drill", "set Q7 in the tool table")
     if "edge_length" not in more:
         wrong(f"[lathe.{number}] has no edge_length", "add the length of the drill's flutes")
-    return LatheTool(number, tuple(more.get("roles", ("drill",))), True, 0.0, diameter, math.inf, math.inf, 0.0, more["edge_length"],
-                     more.get("depth", diameter), 0.0, 0.0, 0.0, 0.0, -1, (0.0, 0.0), more["point_angle"], **_cutting(more))
+    return LatheTool(
+        number,
+        tuple(more.get("roles", ("drill",))),
+        True,
+        0.0,
+        diameter,
+        math.inf,
+        math.inf,
+        0.0,
+        more["edge_length"],
+        more.get("depth", diameter),
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        -1,
+        (0.0, 0.0),
+        more["point_angle"],
+        **_cutting(more),
+    )

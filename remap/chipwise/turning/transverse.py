@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Roughing in columns instead of levels: cuts towards the axis (in a bore away from it), side by side along Z.
 
-Called by passes.py, at each level for what is left of an interval.  Source: the abstract on determining machining steps for a lathe: a range
-has its direction.  Columns are chosen where they are shorter than levels and the tool can cut them:
+Called by passes.py, at each level for what is left of an interval.  Source: the abstract on determining machining steps
+for a lathe: a range has its direction.  Columns are chosen where they are shorter than levels and the tool can cut
+them:
 
 - the shape is open to the right: it does not rise there, so each column has one free side
 - the front edge leans away from the wall that a column makes
 - the holder is clear of all that is there at that time
 
-A column at z = c is fed down to `reach`, and then along reach to the column before.  To the right of c nothing is left above reach then; to the
-left, contact with what is left is nowhere higher than before.
+A column at z = c is fed down to `reach`, and then along reach to the column before.  To the right of c nothing is left
+above reach then; to the left, contact with what is left is nowhere higher than before.
 """
 
 import math
@@ -19,12 +20,14 @@ from chipwise.turning.profile_function import above, at, clip, flat, highest, lo
 from chipwise.turning.reach import HOLDER_MM, holder_height
 
 ROUNDING_MM = 1e-6
-RISE_MM = 0.1           # of the shape to the right, at most: what the back edge leaves of a cylinder
-RAPID = 0.1             # mm of feed that a mm of rapid counts
-RETURN_MM = 1.0         # of feed that the return of a cut counts besides: three rapids that start and stop, about half a second
-SAMPLES = 24            # places at which the levels are counted
-DEEP = 0.5              # of its width: a range is deeper on average, else its upper part is cut along Z first
-BETTER = 0.95           # of the levels' cost: columns of nearly the same length are not worth the change
+RISE_MM = 0.1  # of the shape to the right, at most: what the back edge leaves of a cylinder
+RAPID = 0.1  # mm of feed that a mm of rapid counts
+RETURN_MM = (
+    1.0  # of feed that the return of a cut counts besides: three rapids that start and stop, about half a second
+)
+SAMPLES = 24  # places at which the levels are counted
+DEEP = 0.5  # of its width: a range is deeper on average, else its upper part is cut along Z first
+BETTER = 0.95  # of the levels' cost: columns of nearly the same length are not worth the change
 
 
 class Column(NamedTuple):
@@ -37,13 +40,17 @@ class Column(NamedTuple):
 
 
 def choose(work, now, interval, z, depth):
-    """[Column] for the stock around z within an interval, from the right; None where levels are shorter, or where columns cannot be cut.
+    """[Column] for the stock around z within an interval, from the right; None where levels are shorter, or where
+    columns cannot be cut.
 
     now: graph of contact with what is left; depth: mm."""
     if work.tool is None or math.isinf(work.tool.lean):
         return None
-    a, b = next(((a, b) for a, b, _, _ in above(clip(now, *interval), clip(work.reach, *interval), ROUNDING_MM) if a <= z <= b), (0.0, 0.0))
-    b -= ROUNDING_MM                    # a sliver at the end is of what is beside
+    a, b = next(
+        ((a, b) for a, b, _, _ in above(clip(now, *interval), clip(work.reach, *interval), ROUNDING_MM) if a <= z <= b),
+        (0.0, 0.0),
+    )
+    b -= ROUNDING_MM  # a sliver at the end is of what is beside
     surface, floor = clip(now, a, b), clip(work.reach, a, b)
     if b - a <= 4 * ROUNDING_MM or not _open(floor):
         return None
@@ -93,12 +100,19 @@ def _depths(surface, floor):
 
 
 def _cost_of_levels(work, surface, floor, depths, depth):
-    """The same of levels: a place is passed as often as its stock is deep, slopes and, where a tooth would be too thick, walls once."""
+    """The same of levels: a place is passed as often as its stock is deep, slopes and, where a tooth would be too
+    thick, walls once."""
     a, b = floor[0].z0, floor[-1].z1
     along = (b - a) / SAMPLES * sum(math.ceil(d / depth - 1e-9) for d in depths)
     deep = highest(surface, a + ROUNDING_MM, b - ROUNDING_MM) - min(map(lowest, floor))
     climbs = deep if work.lean * depth > work.tooth else 0.0
-    return along * (1.0 + RAPID) + math.ceil(deep / depth - 1e-9) * (work.near + RETURN_MM) + sum(map(_length, floor)) - (b - a) + climbs
+    return (
+        along * (1.0 + RAPID)
+        + math.ceil(deep / depth - 1e-9) * (work.near + RETURN_MM)
+        + sum(map(_length, floor))
+        - (b - a)
+        + climbs
+    )
 
 
 def _length(p):
@@ -110,14 +124,20 @@ def _length(p):
 def _holder_clear(work, now, columns):
     """Whether the holder is clear of what is left while each column is cut.
 
-    Stock is at least a nose radius below the positions that touch it, and beside a column at least a nose radius to the left of its z: between, no
-    higher than the centre of the nose.  Below the back edge a strip of a column's width may be left."""
+    Stock is at least a nose radius below the positions that touch it, and beside a column at least a nose radius to the
+    left of its z: between, no higher than the centre of the nose.  Below the back edge a strip of a column's width may
+    be left."""
     tool, b = work.tool, columns[0].z_right
     if not math.isinf(tool.right) and tool.right * (b - columns[-1].z) / len(columns) > tool.holder_up - HOLDER_MM:
         return False
     for z, _, x_to, right in columns:
         aside = z - tool.nose
-        standing = [*clip(now, aside + min(tool.holder_left, 0.0) - 1.0, aside), flat(aside, z, x_to + tool.nose), *clip(work.reach, z, b), *clip(now, b + 2 * ROUNDING_MM, max(b, right + tool.holder_right) + 1.0)]
+        standing = [
+            *clip(now, aside + min(tool.holder_left, 0.0) - 1.0, aside),
+            flat(aside, z, x_to + tool.nose),
+            *clip(work.reach, z, b),
+            *clip(now, b + 2 * ROUNDING_MM, max(b, right + tool.holder_right) + 1.0),
+        ]
         touching = moved(holder_height(standing, tool), 0.0, HOLDER_MM - tool.nose)
         if above(clip(touching, z, right), clip(work.reach, z, right), ROUNDING_MM):
             return False

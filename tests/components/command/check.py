@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What is committed, when, and that nothing else ever is."""
+
 import numpy as np
 
 from support.halrig import SCENES, always, load_module, require
@@ -24,30 +25,36 @@ def feed_is(trace, phase, mode, target, lower):
 def check(trace):
     none, on, off = (0.0,) * 6, (2, 6000.0, 3000.0), (0, None, None)
     for phase, box, feed in (
-            ("before", none, (0, 0, 0)),
-            ("box A, registers", none, (0, 0, 0)),
-            ("box A, commit", scene.BOX_A, (0, 0, 0)),
-            ("box A, idle", scene.BOX_A, (0, 0, 0)),
-            ("feed, registers", scene.BOX_A, (0, 0, 0)),
-            ("feed, commit", scene.BOX_A, on),
-            ("box B, aborted after each register", scene.BOX_A, on),
-            ("feed, aborted after each register", scene.BOX_A, on),
-            ("odd words", scene.BOX_A, on),
-            ("feed off", scene.BOX_A, on),
-            ("feed off, commit", scene.BOX_A, off),
-            ("box B, registers", scene.BOX_A, off),
-            ("box B, commit", scene.BOX_B, off),
-            ("box B, idle", scene.BOX_B, off)):
+        ("before", none, (0, 0, 0)),
+        ("box A, registers", none, (0, 0, 0)),
+        ("box A, commit", scene.BOX_A, (0, 0, 0)),
+        ("box A, idle", scene.BOX_A, (0, 0, 0)),
+        ("feed, registers", scene.BOX_A, (0, 0, 0)),
+        ("feed, commit", scene.BOX_A, on),
+        ("box B, aborted after each register", scene.BOX_A, on),
+        ("feed, aborted after each register", scene.BOX_A, on),
+        ("odd words", scene.BOX_A, on),
+        ("feed off", scene.BOX_A, on),
+        ("feed off, commit", scene.BOX_A, off),
+        ("box B, registers", scene.BOX_A, off),
+        ("box B, commit", scene.BOX_B, off),
+        ("box B, idle", scene.BOX_B, off),
+    ):
         box_is(trace, phase, box)
         feed_is(trace, phase, *feed)
     for k in range(len(scene.ODD_MODES)):
         feed_is(trace, f"odd mode {k}", 0, 100.0, 50.0)
     committing = np.zeros(len(trace["define"]), bool)
-    for phase in ("box A, commit", "box B, commit", "shape: cylinder", "shape: no shape", "shape: box after it",
-                  *(f"turn {k}" for k in range(len(scene.TURNS)))):
+    for phase in (
+        "box A, commit",
+        "box B, commit",
+        "shape: cylinder",
+        "shape: no shape",
+        "shape: box after it",
+        *(f"turn {k}" for k in range(len(scene.TURNS))),
+    ):
         committing[trace.phases[phase]] = True
-    require(trace, "define", (trace["define"] == 1) == committing, "(pin)",
-            "1 just while the word is 7")
+    require(trace, "define", (trace["define"] == 1) == committing, "(pin)", "1 just while the word is 7")
     check_status(trace)
     check_shape(trace)
     check_files(trace)
@@ -56,7 +63,6 @@ def check(trace):
 def check_shape(trace):
     for what, shape in (("cylinder", 1), ("no shape", 0), ("box after it", 0)):
         always(trace.only("shape: " + what), "shape", shape)
-
 
     for k, turn in enumerate(scene.TURNS):
         always(trace.only(f"turn {k}"), "turn", turn if turn in (33.5, -120.0) else 0.0)
@@ -83,9 +89,10 @@ def check_status(trace):
         for k, (defined, code) in enumerate(scene.STATUS):
             row = wanted_mode * rows_per_mode + 2 + k
             wanted = wanted_mode + 10 * defined + 100 * code
-            assert status[row] == wanted and mode[row] == wanted_mode, \
-                f"status: {status[row]:.0f} with mode {mode[row]:.0f} at " \
+            assert status[row] == wanted and mode[row] == wanted_mode, (
+                f"status: {status[row]:.0f} with mode {mode[row]:.0f} at "
                 f"{(part.start + row) * 0.001:.3f} s, allowed: {wanted}"
+            )
     always(trace.only("end"), "mode", 3)
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Registers as M68 sets them: first the word, with the value of before still there, then the value."""
+
 import math
 
 from support.halrig import Stimulus
@@ -7,11 +8,27 @@ from support.halrig import Stimulus
 BOX_COMMIT, FEED_COMMIT, IDLE = 7, 17, 0
 BOX_A = (-10.5, -20.25, -30.125, 10.5, 20.25, 0.0)
 BOX_B = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
-ODD_WORDS = (-1.0, -1e300, -math.inf, 0.4, 8.0, 9.0, 10.0, 15.0, 16.0, 18.0, 99.0, 100.0,
-             1e9, 1e300, math.inf, math.nan)
+ODD_WORDS = (
+    -1.0,
+    -1e300,
+    -math.inf,
+    0.4,
+    8.0,
+    9.0,
+    10.0,
+    15.0,
+    16.0,
+    18.0,
+    99.0,
+    100.0,
+    1e9,
+    1e300,
+    math.inf,
+    math.nan,
+)
 ODD_MODES = (-1.0, 4.0, 17.0, 1e300, -1e300, math.inf, math.nan)
-TURNS = (33.5, None, -120.0, math.nan, math.inf, 1e300, None)        # degrees; None: not sent
-STATUS = ((0, 0), (1, 0), (0, 3), (1, 21))          # stock-defined, fault-code
+TURNS = (33.5, None, -120.0, math.nan, math.inf, 1e300, None)  # degrees; None: not sent
+STATUS = ((0, 0), (1, 0), (0, 3), (1, 21))  # stock-defined, fault-code
 
 
 def send(rows, first, values):

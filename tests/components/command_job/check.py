@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Mode, target and end, phase by phase, and what the interpreter makes of `status`."""
+
 import importlib
 import sys
 import types
@@ -9,25 +10,59 @@ from support.halrig import always, require
 
 ON, OFF = 2, 0
 GOES_ON, WHOLE, STOPPED = 0, 1, 2
-CEILINGS = 1.0, 1.25, 9.99, 10.0         # as in stimulus.py
+CEILINGS = 1.0, 1.25, 9.99, 10.0  # as in stimulus.py
 # phase: mode, job-active, run-end, mrr-target where the mode is on
 WANTED = {
-    "without: idle": (OFF, 0, GOES_ON, 0), "without: runs": (OFF, 0, GOES_ON, 0), "without: set up too late": (OFF, 0, GOES_ON, 0), "without: over": (OFF, 0, WHOLE, 0),
-    "whole: before": (OFF, 0, WHOLE, 0), "whole: on": (ON, 1, GOES_ON, 3000), "whole: another tool": (ON, 1, GOES_ON, 5000),
-    "whole: a drill": (OFF, 1, GOES_ON, 0), **{f"whole: odd {k}": (OFF, 1, GOES_ON, 0) for k in range(5)}, "whole: back": (ON, 1, GOES_ON, 3000),
+    "without: idle": (OFF, 0, GOES_ON, 0),
+    "without: runs": (OFF, 0, GOES_ON, 0),
+    "without: set up too late": (OFF, 0, GOES_ON, 0),
+    "without: over": (OFF, 0, WHOLE, 0),
+    "whole: before": (OFF, 0, WHOLE, 0),
+    "whole: on": (ON, 1, GOES_ON, 3000),
+    "whole: another tool": (ON, 1, GOES_ON, 5000),
+    "whole: a drill": (OFF, 1, GOES_ON, 0),
+    **{f"whole: odd {k}": (OFF, 1, GOES_ON, 0) for k in range(5)},
+    "whole: back": (ON, 1, GOES_ON, 3000),
     "whole: over": (OFF, 0, WHOLE, 0),
-    "own: on": (ON, 1, GOES_ON, 3000), "own: wins": (3, 0, GOES_ON, 7000), "own: over": (OFF, 0, WHOLE, 0),
-    "own off: wins": (OFF, 0, GOES_ON, 0), "left over: goes on": (ON, 1, GOES_ON, 3000),
-    "aborted: on": (ON, 1, GOES_ON, 3000), "aborted: stopped": (OFF, 0, GOES_ON, 0), "aborted: stays off": (OFF, 0, GOES_ON, 0), "aborted: over": (OFF, 0, STOPPED, 0),
-    "off: stopped": (OFF, 0, GOES_ON, 0), "off: stays off": (OFF, 0, GOES_ON, 0), "off: over": (OFF, 0, STOPPED, 0),
-    "withdrawn: on": (ON, 1, GOES_ON, 3000), "withdrawn: gone": (OFF, 0, GOES_ON, 0), "withdrawn: late": (OFF, 0, GOES_ON, 0), "withdrawn: over": (OFF, 0, WHOLE, 0)}
+    "own: on": (ON, 1, GOES_ON, 3000),
+    "own: wins": (3, 0, GOES_ON, 7000),
+    "own: over": (OFF, 0, WHOLE, 0),
+    "own off: wins": (OFF, 0, GOES_ON, 0),
+    "left over: goes on": (ON, 1, GOES_ON, 3000),
+    "aborted: on": (ON, 1, GOES_ON, 3000),
+    "aborted: stopped": (OFF, 0, GOES_ON, 0),
+    "aborted: stays off": (OFF, 0, GOES_ON, 0),
+    "aborted: over": (OFF, 0, STOPPED, 0),
+    "off: stopped": (OFF, 0, GOES_ON, 0),
+    "off: stays off": (OFF, 0, GOES_ON, 0),
+    "off: over": (OFF, 0, STOPPED, 0),
+    "withdrawn: on": (ON, 1, GOES_ON, 3000),
+    "withdrawn: gone": (OFF, 0, GOES_ON, 0),
+    "withdrawn: late": (OFF, 0, GOES_ON, 0),
+    "withdrawn: over": (OFF, 0, WHOLE, 0),
+}
 
 # phase: mode, feed-carried, job-active
 OF_MDI = {
-    "carried: MDI": (3, 0, 0), "carried: runs": (3, 1, 0), "carried: is changed": (3, 1, 0), "carried: over": (OFF, 0, 0), "carried: again": (OFF, 0, 0),
-    "set up: MDI": (3, 0, 0), "set up: runs": (3, 1, 0), "set up: over": (OFF, 0, 0), "set up: again": (ON, 0, 1),
-    "other: MDI": (3, 0, 0), "other: runs": (OFF, 0, 0), "none: MDI": (3, 0, 0), "none: runs": (OFF, 0, 0),
-    "stopped: runs": (3, 1, 0), "stopped: now": (OFF, 0, 0), "stopped: still": (OFF, 0, 0), "own wins: runs": (3, 1, 0), "own wins: on": (1, 0, 0)}
+    "carried: MDI": (3, 0, 0),
+    "carried: runs": (3, 1, 0),
+    "carried: is changed": (3, 1, 0),
+    "carried: over": (OFF, 0, 0),
+    "carried: again": (OFF, 0, 0),
+    "set up: MDI": (3, 0, 0),
+    "set up: runs": (3, 1, 0),
+    "set up: over": (OFF, 0, 0),
+    "set up: again": (ON, 0, 1),
+    "other: MDI": (3, 0, 0),
+    "other: runs": (OFF, 0, 0),
+    "none: MDI": (3, 0, 0),
+    "none: runs": (OFF, 0, 0),
+    "stopped: runs": (3, 1, 0),
+    "stopped: now": (OFF, 0, 0),
+    "stopped: still": (OFF, 0, 0),
+    "own wins: runs": (3, 1, 0),
+    "own wins: on": (1, 0, 0),
+}
 
 
 def job_now(status):
@@ -56,7 +91,13 @@ def check(trace):
             for active in (0, 1):
                 part = trace.only(f"asked: {ceiling:g} {waits} {active}")
                 found = [job_now(value) for value in part["status"]]
-                require(part, "status", [one == (ceiling, waits, active, waits) for one in found], "(pin)", f"{ceiling:g} {waits} {active}")
+                require(
+                    part,
+                    "status",
+                    [one == (ceiling, waits, active, waits) for one in found],
+                    "(pin)",
+                    f"{ceiling:g} {waits} {active}",
+                )
                 always(part, "air", waits * active)
 
 

@@ -1,17 +1,31 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Programs with and without a set-up, and everything that ends it."""
+
 import math
 
 from support.halrig import Stimulus
 
 FEED_COMMIT, IDLE = 17, 0
-CEILINGS = (1.0, 1.25, 9.99, 10.0)       # times F; 10 is the largest that a set-up may have
+CEILINGS = (1.0, 1.25, 9.99, 10.0)  # times F; 10 is the largest that a set-up may have
 ODD_TARGETS = (-1.0, -math.inf, math.inf, math.nan, 1e300)
 
 
 def stimulus():
-    rows = Stimulus({"word": [], "value": [], "enabled": [], "program-running": [], "aborted": [], "job": [], "job-target": [], "job-ceiling": [], "job-waits": [], "program-mark": [],
-                     "job-air": []})
+    rows = Stimulus(
+        {
+            "word": [],
+            "value": [],
+            "enabled": [],
+            "program-running": [],
+            "aborted": [],
+            "job": [],
+            "job-target": [],
+            "job-ceiling": [],
+            "job-waits": [],
+            "program-mark": [],
+            "job-air": [],
+        }
+    )
     rows.add({"enabled": 1, "job-target": 3000.0})
 
     def play(phase, periods, **pins):
@@ -72,7 +86,9 @@ def is_switched(play, start, switch):
 
 
 def is_of_mdi(play, switch):
-    """M251 of MDI: the program that was loaded then has it once, also where it has a set-up; another one, or one with another content, does not."""
+    """M251 of MDI: the program that was loaded then has it once, also where it has a set-up; another one, or one with
+    another content, does not."""
+
     def give(name, mark, **pins):
         play(f"{name}: before", 5, program_running=0, program_mark=mark, **pins)
         switch(3.0, 7000.0, 0.0)
@@ -115,8 +131,17 @@ def is_ended(play, start):
 
 
 def is_asked(play):
-    """What the interpreter finds in `status`: ceiling, whether adaptive feed waits, and whether the set-up is in force."""
+    """What the interpreter finds in `status`: ceiling, whether adaptive feed waits, and whether the set-up is in
+    force."""
     for ceiling in CEILINGS:
         for waits in (0, 1):
-            play(f"asked: {ceiling:g} {waits} 0", 5, job=1, program_running=0, job_ceiling=ceiling, job_waits=waits, job_air=waits)
+            play(
+                f"asked: {ceiling:g} {waits} 0",
+                5,
+                job=1,
+                program_running=0,
+                job_ceiling=ceiling,
+                job_waits=waits,
+                job_air=waits,
+            )
             play(f"asked: {ceiling:g} {waits} 1", 5, program_running=1)

@@ -1,13 +1,29 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The mode, phase by phase."""
+
 from support.halrig import always
 
 ON, OFF = 2, 0
 WANTED = {
-    "program on": ON, "program over": OFF, "the next program": OFF,
-    "off: before": ON, "off": OFF, "on again": OFF, "mdi": ON, "mdi, program starts": OFF, "mdi, program over": OFF,
-    "mdi again": ON, "mdi, off": OFF, "never seen to run": ON, "never seen, over": OFF, "seen late: before": ON,
-    "seen late": ON, "never seen, moves": ON, "never seen, at rest: before": ON, "never seen, at rest: over": OFF}
+    "program on": ON,
+    "program over": OFF,
+    "the next program": OFF,
+    "off: before": ON,
+    "off": OFF,
+    "on again": OFF,
+    "mdi": ON,
+    "mdi, program starts": OFF,
+    "mdi, program over": OFF,
+    "mdi again": ON,
+    "mdi, off": OFF,
+    "never seen to run": ON,
+    "never seen, over": OFF,
+    "seen late: before": ON,
+    "seen late": ON,
+    "never seen, moves": ON,
+    "never seen, at rest: before": ON,
+    "never seen, at rest: over": OFF,
+}
 
 
 def check(trace):

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Feeds switched on by a program and in MDI, and what comes after them; the commit (17) stays in word, as in a run."""
+
 from support.halrig import Stimulus
 
 FEED_COMMIT, SAVE_COMMIT, RESTORE_COMMIT, IDLE = 17, 27, 28, 0
@@ -23,7 +24,11 @@ def stimulus():
             rows.add({})
 
     switch_on(PROGRAM, 1)
-    for phase, pins in (("program on", {}), ("program over", {"program_running": 0}), ("the next program", {"program_running": 1})):
+    for phase, pins in (
+        ("program on", {}),
+        ("program over", {"program_running": 0}),
+        ("the next program", {"program_running": 1}),
+    ):
         play(phase, 300, **pins)
     switch_on(PROGRAM, 1)
     play("off: before", 50)
@@ -55,7 +60,12 @@ def stimulus():
 
 def _files(rows, play):
     """A stock is saved or restored, and nobody answers before the program is aborted or the machine off."""
-    for commit, end in ((SAVE_COMMIT, {"aborted": 1}), (RESTORE_COMMIT, {"aborted": 1}), (SAVE_COMMIT, {"enabled": 0}), (RESTORE_COMMIT, {"enabled": 0})):
+    for commit, end in (
+        (SAVE_COMMIT, {"aborted": 1}),
+        (RESTORE_COMMIT, {"aborted": 1}),
+        (SAVE_COMMIT, {"enabled": 0}),
+        (RESTORE_COMMIT, {"enabled": 0}),
+    ):
         name = f"file {commit} {'aborted' if 'aborted' in end else 'off'}"
         rows.add({"word": IDLE, "enabled": 1})
         play(f"{name}: asked", 20, word=commit)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The cases of feed_law, in inch."""
+
 from support.halrig import SCENES, load_module
 
 LENGTHS = ("programmed-vel", "requested-vel", "acceleration", "distance-first", "distance-last")

@@ -1,18 +1,22 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Override and limited-by of every case; hostile input never leaves [0, 1]."""
+
 import numpy as np
 
 from support.halrig import PERIOD_S, SCENES, load_module, within
 
 scene = load_module(SCENES / "feed_law/stimulus.py")
-SHARE = 1e-6 + 5e-7                 # halsampler prints six decimals
+SHARE = 1e-6 + 5e-7  # halsampler prints six decimals
 
 
 def expected_ahead(pins, before):
     """Override where only places ahead limit; `before`: that of the period before."""
     row = dict(scene.SOUND, **pins)
-    limits = [scene.braking(100 / row["area-" + which], row["distance-" + which], scale=before)
-              for which in ("first", "last") if row["area-" + which] > 0]
+    limits = [
+        scene.braking(100 / row["area-" + which], row["distance-" + which], scale=before)
+        for which in ("first", "last")
+        if row["area-" + which] > 0
+    ]
     return min(limits) / row["requested-vel"]
 
 
@@ -24,10 +28,8 @@ def check(trace):
         if factor is None:
             factor = expected_ahead(pins, trace["adaptive-feed"][k - 1])
         where = f"at {k * PERIOD_S:.3f} s in phase '{phase}' with {pins}"
-        assert abs(value - factor) <= SHARE, \
-            f"adaptive-feed: {value:.6f} {where}, allowed: {factor:.6f} +- {SHARE:g}"
-        assert trace["limited-by"][k] == by, \
-            f"limited-by: {trace['limited-by'][k]:.0f} {where}, allowed: {by}"
+        assert abs(value - factor) <= SHARE, f"adaptive-feed: {value:.6f} {where}, allowed: {factor:.6f} +- {SHARE:g}"
+        assert trace["limited-by"][k] == by, f"limited-by: {trace['limited-by'][k]:.0f} {where}, allowed: {by}"
     assert len(trace["adaptive-feed"]) == len(scene.CASES) + scene.HOSTILE, "rows missing, allowed: all"
 
 

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Velocity, limited-by and the rate that counts of every case; easing step by step; hostile input."""
+
 import numpy as np
 
 from support.halrig import PERIOD_S, SCENES, load_module, within
 
 scene = load_module(SCENES / "feed_limits/stimulus.py")
-SHARE = 2e-6                        # halsampler prints six decimals
+SHARE = 2e-6  # halsampler prints six decimals
 
 
 def check_cases(trace):
@@ -27,21 +28,23 @@ def check_easing(trace):
     rows = trace.phases["easing"]
     for k, velocity in enumerate(scene.eased(), rows.start + 1):
         value, factor = trace["eased-feed"][k], velocity / scene.REQUESTED
-        assert abs(value - factor) <= SHARE, \
+        assert abs(value - factor) <= SHARE, (
             f"eased-feed: {value:.6f} at {k * PERIOD_S:.3f} s, allowed: {factor:.6f} +- {SHARE:g}"
+        )
 
 
 def check_probing(trace):
     """override: F of the ceiling while probing and in mode 0, adaptive-feed in all other rows of the cases."""
     rows = trace.phases["probing"]
-    given, law = trace["override"][:rows.stop], trace["adaptive-feed"][:rows.stop].copy()
+    given, law = trace["override"][: rows.stop], trace["adaptive-feed"][: rows.stop].copy()
     law[rows] = [0.5, 0.25, 1.0, 1.0, 1.0]
     for k, (_phase, pins, *_rest) in enumerate(scene.CASES):
         if pins.get("mode") == 0 and k < rows.stop:
             law[k] = pins.get("programmed-vel", scene.SOUND["programmed-vel"]) / scene.REQUESTED
     k = int(np.argmax(np.abs(given - law)))
-    assert abs(given[k] - law[k]) <= SHARE, \
+    assert abs(given[k] - law[k]) <= SHARE, (
         f"override: {given[k]:.6f} at {k * PERIOD_S:.3f} s, allowed: {law[k]:.6f} +- {SHARE:g}"
+    )
 
 
 def check(trace):

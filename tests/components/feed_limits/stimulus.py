@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Cases with the answer worked out by hand; requested velocity 40 mm/s, the limits of test.hal, Q = 100 mm3/s."""
+
 import math
 import random
 
@@ -8,11 +9,23 @@ from support.halrig import Stimulus
 REQUESTED, SEED, HOSTILE = 40.0, 3, 500
 NOTHING, HERE, AHEAD, FLOOR_BY, CEILING, FALLBACK = range(6)
 NAN, INF = math.nan, math.inf
-SOUND = {"mode": 2, "mrr-target": 6000.0, "tool-max-rate": 0.0, "programmed-vel": 20.0, "motion-type": 2,
-         "section-area": 10.0, "depth": 0.0, "direction-z": 0.0, "tool-flutes": 0.0, "spindle-speed": 0.0,
-         "tool-diameter": 6.0, "distance": 0.0, "area": 0.0}
+SOUND = {
+    "mode": 2,
+    "mrr-target": 6000.0,
+    "tool-max-rate": 0.0,
+    "programmed-vel": 20.0,
+    "motion-type": 2,
+    "section-area": 10.0,
+    "depth": 0.0,
+    "direction-z": 0.0,
+    "tool-flutes": 0.0,
+    "spindle-speed": 0.0,
+    "tool-diameter": 6.0,
+    "distance": 0.0,
+    "area": 0.0,
+}
 ODD = (NAN, INF, -INF, -1.0, 0.0, 1e300, -1e300, 1e-300, 5.0, 100.0)
-CASES = []                          # (phase, pins that differ, velocity mm/s, limited-by, rate that counts mm3/min)
+CASES = []  # (phase, pins that differ, velocity mm/s, limited-by, rate that counts mm3/min)
 
 
 def case(phase, velocity, by, rate=6000.0, **pins):
@@ -25,7 +38,7 @@ case("tool rate", 4.0, HERE, rate=2400.0, tool_max_rate=2400.0)
 case("tool rate", 10.0, HERE, tool_max_rate=9000.0)
 case("tool rate", 5.0, AHEAD, rate=2400.0, tool_max_rate=2400.0, section_area=1.0, area=8.0)
 case("tool rate", 20.0, FALLBACK, tool_max_rate=NAN)
-case("tool rate", 1.0, NOTHING, rate=0.0, mode=0, tool_max_rate=2400.0)         # off: the override is 1, see check
+case("tool rate", 1.0, NOTHING, rate=0.0, mode=0, tool_max_rate=2400.0)  # off: the override is 1, see check
 case("tool rate", 12.0, HERE, rate=240.0, mode=3, tool_max_rate=240.0, programmed_vel=8.0, section_area=1 / 3)
 # highest: 32 mm/s, 2 x F
 case("highest", 32.0, CEILING, section_area=1.0)
@@ -54,15 +67,20 @@ for sign in (1, -1):
     case("chip", 0.05 * 100 * math.pi / 2, HERE, section_area=6.0, depth=1.0, tool_flutes=2, spindle_speed=sign * 50)
 case("chip", 0.05 * 100 * math.pi / 2, HERE, section_area=3.0, depth=1.0, tool_flutes=2, spindle_speed=50)
 case("chip", 0.05 * 100 * TENTH, HERE, section_area=0.6, depth=1.0, tool_flutes=2, spindle_speed=50)
-case("chip", 10.0, HERE, section_area=10.0, depth=5.0, tool_flutes=2, spindle_speed=500)       # the rate is lower
+case("chip", 10.0, HERE, section_area=10.0, depth=5.0, tool_flutes=2, spindle_speed=500)  # the rate is lower
 case("chip", 32.0, CEILING, section_area=1.0, depth=1.0, tool_flutes=0, spindle_speed=50)
 case("chip", 32.0, CEILING, section_area=1.0, depth=1.0, tool_flutes=2, spindle_speed=0)
 # mode 3 without a ceiling of its own: F is the requested velocity, whatever the rate would allow
 case("window without E", 32.0, CEILING, mode=3, section_area=0.1, programmed_vel=0.0)
 case("window without E", 10.0, HERE, mode=3, section_area=10.0, programmed_vel=0.0)
 # probing: adaptive-feed stays 1; override see check.py
-for changes in (dict(), dict(programmed_vel=10.0), dict(programmed_vel=0.0), dict(programmed_vel=90.0),
-                dict(mode=0, rate=0.0)):
+for changes in (
+    dict(),
+    dict(programmed_vel=10.0),
+    dict(programmed_vel=0.0),
+    dict(programmed_vel=90.0),
+    dict(mode=0, rate=0.0),
+):
     case("probing", REQUESTED, NOTHING, motion_type=5, section_area=1000.0, **changes)
 # easing, instance 1: 0.5 mm/s a period, in steps of 10 %
 EASING = [10.0, 20.0, 4.0, 100.0, 10.0, 10.0, 10.0, 10.0, 10.0, 20.0]
@@ -83,7 +101,7 @@ def eased():
 def hostile_row(rng):
     row = dict(SOUND)
     for name in rng.sample(sorted(row), rng.randint(1, 6)):
-        row[name] = rng.choice((1, 2, 3, 2 ** 31 - 1)) if name in ("mode", "motion-type") else rng.choice(ODD)
+        row[name] = rng.choice((1, 2, 3, 2**31 - 1)) if name in ("mode", "motion-type") else rng.choice(ODD)
     return row
 
 
@@ -93,7 +111,7 @@ def stimulus():
         if phase not in rows.phases:
             rows.phase(phase)
             if phase == "easing":
-                rows.add(dict(SOUND, **{"motion-type": 1}))     # a traverse: the easing begins anew
+                rows.add(dict(SOUND, **{"motion-type": 1}))  # a traverse: the easing begins anew
         rows.add(dict(SOUND, **pins))
     rng = random.Random(SEED)
     rows.phase("hostile")

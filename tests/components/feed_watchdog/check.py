@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """override-ignored in each phase; for the two that break away: how fast it was by then."""
+
 import numpy as np
 
 from support.halrig import PERIOD_S, SCENES, always, load_module
 
 scene = load_module(SCENES / "feed_watchdog/stimulus.py")
-LATE = 8                            # periods, at most
+LATE = 8  # periods, at most
 
 
 def seen(trace, phase):
@@ -14,9 +15,10 @@ def seen(trace, phase):
     velocity = scene.stimulus().columns["current-vel"][trace.phases[phase]]
     faster = int(np.argmax(np.array(velocity) > scene.EXPLAINED))
     first = int(np.argmax(part["override-ignored"])) if part["override-ignored"].any() else len(velocity)
-    assert faster < first <= faster + LATE, \
-        f"override-ignored: from {(part.start + first) * PERIOD_S:.3f} s, " \
+    assert faster < first <= faster + LATE, (
+        f"override-ignored: from {(part.start + first) * PERIOD_S:.3f} s, "
         f"allowed: {PERIOD_S} to {LATE * PERIOD_S} s after {(part.start + faster) * PERIOD_S:.3f} s"
+    )
     rest = part["override-ignored"][first:]
     assert rest.all(), "override-ignored: let go before the move was, allowed: kept"
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Stop and reason in every phase; what was noted at the stop stays."""
+
 import numpy as np
 
 from support.halrig import SCENES, always, load_module
@@ -15,9 +16,13 @@ def check(trace):
         always(trace.only(phase), "waits", int(waits))
         always(trace.only(phase), "inhibit", int(stop or waits or phase == "others inhibit"))
         always(trace.only(phase), "hold", int(stop or waits or phase.startswith("others hold")))
-    for phases, values in ((("contact", "contact gone, standing", "flute while stopped"), (7, 12.5, 3.0)),
-                           (("flute",), (9, 0.0, 4.5)), (("deeper", "less deep", "released"), (9, 0.0, 4.75)),
-                           (("a feed to a clamp", "at rest before it"), (30, 5.5, 4.25)), (("the next clamp",), (30, 2.5, 4.25))):
+    for phases, values in (
+        (("contact", "contact gone, standing", "flute while stopped"), (7, 12.5, 3.0)),
+        (("flute",), (9, 0.0, 4.5)),
+        (("deeper", "less deep", "released"), (9, 0.0, 4.75)),
+        (("a feed to a clamp", "at rest before it"), (30, 5.5, 4.25)),
+        (("the next clamp",), (30, 2.5, 4.25)),
+    ):
         for phase in phases:
             for name, value in zip(("line", "distance", "deepest"), values):
                 always(trace.only(phase), name, value)

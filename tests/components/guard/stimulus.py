@@ -1,12 +1,30 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Each phase: five rows of the inputs named; what is not named keeps its value."""
+
 from support.halrig import Stimulus
 
-NAMES = ("rapid-contact", "flute-excess", "override-ignored", "rapid-distance", "depth", "motion-type", "coord-mode",
-         "program-line", "release", "inhibit-in", "hold-in", "load-stop",
-         "clamp-contact", "clamp-distance", "clamp-number", "clamp-part",
-         "tool-awaited", "certain", "clamp-count")
-PHASES = {      # phase: (inputs, stop, reason)
+NAMES = (
+    "rapid-contact",
+    "flute-excess",
+    "override-ignored",
+    "rapid-distance",
+    "depth",
+    "motion-type",
+    "coord-mode",
+    "program-line",
+    "release",
+    "inhibit-in",
+    "hold-in",
+    "load-stop",
+    "clamp-contact",
+    "clamp-distance",
+    "clamp-number",
+    "clamp-part",
+    "tool-awaited",
+    "certain",
+    "clamp-count",
+)
+PHASES = {  # phase: (inputs, stop, reason)
     "idle": (dict(), 0, 0),
     "moving": ({"motion-type": 1, "coord-mode": 1, "program-line": 7}, 0, 0),
     "contact": ({"rapid-contact": 1, "rapid-distance": 12.5, "depth": 3.0}, 1, 1),
@@ -52,7 +70,19 @@ PHASES = {      # phase: (inputs, stop, reason)
     "no load": ({"load-stop": 1}, 1, 4),
     "load again": ({"load-stop": 0}, 1, 4),
     "at rest again": ({"motion-type": 0}, 0, 0),
-    "a feed to a clamp": ({"motion-type": 2, "program-line": 30, "clamp-contact": 1, "clamp-distance": 5.5, "clamp-number": 3, "clamp-part": 1, "rapid-contact": 1}, 1, 5),
+    "a feed to a clamp": (
+        {
+            "motion-type": 2,
+            "program-line": 30,
+            "clamp-contact": 1,
+            "clamp-distance": 5.5,
+            "clamp-number": 3,
+            "clamp-part": 1,
+            "rapid-contact": 1,
+        },
+        1,
+        5,
+    ),
     "at rest before it": ({"clamp-distance": 0.5, "clamp-number": 2, "clamp-part": 0}, 1, 5),
     "let past the clamp": ({"release": 1}, 0, 0),
     "in its clearance": ({"release": 0, "rapid-contact": 0}, 0, 0),

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """tracer_slope's check on lengths turned into mm."""
+
 from support.halrig import SCENES, load_module
 
 slope = load_module(SCENES / "tracer_slope/check.py")

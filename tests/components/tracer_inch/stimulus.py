@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """tracer_slope with its feed in inch."""
+
 from support.halrig import SCENES, load_module
 
 

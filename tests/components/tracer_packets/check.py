@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Counts of each phase, when they are done, the scaled axis, the states, and what an encoder has counted in the end."""
+
 import numpy as np
 
 from support.halrig import SCENES, always, load_module
@@ -32,8 +33,11 @@ def check(trace):
     expect("pos-x", float(np.abs(trace["pos-x"] - counts / 1000).max() < 1e-9), 1.0)
     first = counts[trace.phases["again"].start - 1]
     scaled = np.floor(-2 * np.array([first, counts[-1]]) / 3)
-    expect("pos-y", [round(float(v) * 1000) for v in (trace["pos-y"][trace.phases["again"].start - 1], trace["pos-y"][-1])],
-           [int(v) for v in scaled])
+    expect(
+        "pos-y",
+        [round(float(v) * 1000) for v in (trace["pos-y"][trace.phases["again"].start - 1], trace["pos-y"][-1])],
+        [int(v) for v in scaled],
+    )
     expect("counted by the encoder", int(trace["counted"][-1]), int(counts[-1]))
 
 

@@ -1,21 +1,28 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Packets of a master that moves 8 counts in a period; its number wraps, its counts pass 2^32 in the first phase."""
+
 from support.halrig import Stimulus
 
 STEP = 8
-START = 2 ** 32 - 300           # counts: the upper half changes soon
+START = 2**32 - 300  # counts: the upper half changes soon
 
 
 class Scene(Stimulus):
     def __init__(self):
         super().__init__({name: [] for name in ("enable", "sequence", "check", "low", "high", "step")})
-        self.number, self.counts, self.sent = 2 ** 32 - 60, START, None
+        self.number, self.counts, self.sent = 2**32 - 60, START, None
 
     def move(self, step=STEP):
         """The master's next packet."""
-        self.number, self.counts = (self.number + 1) % 2 ** 32, self.counts + step
-        return {"enable": 1, "sequence": self.number, "check": self.number, "low": self.counts % 2 ** 32, "high": self.counts >> 32,
-                "step": step}
+        self.number, self.counts = (self.number + 1) % 2**32, self.counts + step
+        return {
+            "enable": 1,
+            "sequence": self.number,
+            "check": self.number,
+            "low": self.counts % 2**32,
+            "high": self.counts >> 32,
+            "step": step,
+        }
 
     def send(self, packet, **changes):
         self.sent = {**packet, **changes}

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """States in their order, deflection, window, the ball on the slope, the slave one with the master."""
+
 import numpy as np
 
 from support.halrig import always, require, within
 
 TRACE, DONE = 2, 9
-COUNT = 0.001           # mm
+COUNT = 0.001  # mm
 
 
 def order(trace, phase):
@@ -32,7 +33,8 @@ def check(trace):
     late = in_line & (np.arange(len(in_line)) > begin + 100)
     require(line, "true-deflection", ~late | (np.abs(line["true-deflection"] - 0.3) < 0.005), "mm", "0.295 .. 0.305 mm")
     within(line, "pos-x", -1.0, 10.0, "mm")
-    # the sampler prints six decimals, in inch 0.000025 mm; ball-x is of this period's deflection; the ball (radius 1) lies on z = x - 3 with its centre 1 mm off
+    # the sampler prints six decimals, in inch 0.000025 mm; ball-x is of this period's deflection; the ball (radius 1)
+    # lies on z = x - 3 with its centre 1 mm off
     off = (line["ball-z"] - line["ball-x"] + 3.0) / np.sqrt(2.0) - 1.0
     require(line, "ball-z", ~in_line | (np.abs(off) < 5e-5), "mm", "the ball on the slope", off)
     assert line["pos-x"][late].max() > 9.9, f"pos-x: {line['pos-x'][late].max():.3f} mm, allowed: 9.9 mm and more"

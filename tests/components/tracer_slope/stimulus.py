@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A line, one that is left in the middle, one that is switched off."""
+
 from support.halrig import Stimulus
 
 

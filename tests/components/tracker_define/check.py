@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Ready, fault code and volume through every definition."""
+
 import numpy as np
 
 from chipwise.clib.layout import CELLS_PER_PERIOD
@@ -17,8 +18,9 @@ def periods_to_ready(part, what):
     assert ready.any(), f"ready: never in phase '{what}', allowed: within {len(ready)} periods"
     first = int(np.argmax(ready))
     rest = part["ready"][first:]
-    assert rest.all(), f"ready: FALSE again at {(part.start + first) * PERIOD_S:.3f} s in phase " \
-                       f"'{what}', allowed: only 1"
+    assert rest.all(), (
+        f"ready: FALSE again at {(part.start + first) * PERIOD_S:.3f} s in phase '{what}', allowed: only 1"
+    )
     return first
 
 
@@ -30,14 +32,21 @@ def expected_periods(box):
 
 def check_filling(part, box, what):
     took, wanted = periods_to_ready(part, what) + 1, expected_periods(box)
-    assert abs(took - wanted) <= 2, \
-        f"periods to fill in phase '{what}': {took}, allowed: {wanted:g} +- 2"
+    assert abs(took - wanted) <= 2, f"periods to fill in phase '{what}': {took}, allowed: {wanted:g} +- 2"
     # the middle period: whatever else the computer does, half of the periods are not interrupted
     filling, rest = np.median(part["clocks"][:took]), np.median(part["clocks"][took:])
-    assert took < 20 or filling > 2 * rest, f"a middle period of filling '{what}' takes {filling:.0f} clocks, one at rest " \
-                                            f"{rest:.0f}: some do it all, allowed: more than {2 * rest:.0f} clocks"
-    within(part, "removed-volume", 0.0, 0.0, "mm3",
-           np.where(np.arange(len(part["ready"])) < took - 1, part["removed-volume"], 0.0))
+    assert took < 20 or filling > 2 * rest, (
+        f"a middle period of filling '{what}' takes {filling:.0f} clocks, one at rest "
+        f"{rest:.0f}: some do it all, allowed: more than {2 * rest:.0f} clocks"
+    )
+    within(
+        part,
+        "removed-volume",
+        0.0,
+        0.0,
+        "mm3",
+        np.where(np.arange(len(part["ready"])) < took - 1, part["removed-volume"], 0.0),
+    )
 
 
 def check(trace):
@@ -48,8 +57,14 @@ def check(trace):
     always(trace.only("big"), "fault-code", 0)
 
     cut = trace.only("cut")["removed-volume"][-1]
-    near("removed-volume of the first cut", cut, DISC_MM3 + H * 2 * R * 20, 0.003, "mm3",
-         trace.phases["cut"].stop * PERIOD_S)
+    near(
+        "removed-volume of the first cut",
+        cut,
+        DISC_MM3 + H * 2 * R * 20,
+        0.003,
+        "mm3",
+        trace.phases["cut"].stop * PERIOD_S,
+    )
     for name, (code, _box) in scene.IMPOSSIBLE.items():
         part = trace.only(name)
         always(part, "fault-code", code)
@@ -58,8 +73,14 @@ def check(trace):
         always(part, "stock-defined", 1)
         within(part, "removed-volume", cut, cut, "mm3")
     on = trace.only("cut on")
-    near("removed-volume with the old stock", on["removed-volume"][-1],
-         DISC_MM3 + H * 2 * R * 40, 0.003, "mm3", trace.phases["cut on"].stop * PERIOD_S)
+    near(
+        "removed-volume with the old stock",
+        on["removed-volume"][-1],
+        DISC_MM3 + H * 2 * R * 40,
+        0.003,
+        "mm3",
+        trace.phases["cut on"].stop * PERIOD_S,
+    )
 
     check_fresh(trace)
     check_twice(trace.only("twice"))
@@ -71,25 +92,36 @@ def check_fresh(trace):
     after = trace.only("small")
     always(after, "fault-code", 0)
     # the tool is in the fresh stock and cuts its own disc
-    near("removed-volume of a fresh stock", after["removed-volume"][-1], DISC_MM3, 0.003, "mm3",
-         trace.phases["small"].stop * PERIOD_S)
+    near(
+        "removed-volume of a fresh stock",
+        after["removed-volume"][-1],
+        DISC_MM3,
+        0.003,
+        "mm3",
+        trace.phases["small"].stop * PERIOD_S,
+    )
 
     held = trace.only("cut after held")
     always(held, "ready", 1)
-    near("removed-volume where define is held", held["removed-volume"][-1],
-         DISC_MM3 + H * 2 * R * 20, 0.003, "mm3", trace.phases["cut after held"].stop * PERIOD_S)
+    near(
+        "removed-volume where define is held",
+        held["removed-volume"][-1],
+        DISC_MM3 + H * 2 * R * 20,
+        0.003,
+        "mm3",
+        trace.phases["cut after held"].stop * PERIOD_S,
+    )
 
 
 def check_twice(twice):
     """A second define, while the map is being filled."""
-    second = twice["ready"][22:]            # 1 + 1 + 20 rows, then the second pulse
+    second = twice["ready"][22:]  # 1 + 1 + 20 rows, then the second pulse
     always(twice, "fault-code", 0)
-    assert not second[0] and not twice["ready"][1:22].any(), \
-        "ready: 1 while the map is being filled, allowed: 0"
+    assert not second[0] and not twice["ready"][1:22].any(), "ready: 1 while the map is being filled, allowed: 0"
     took = int(np.argmax(second)) + 1
-    assert abs(took - expected_periods(scene.BIG)) <= 2, \
-        f"periods to fill after a second define: {took}, allowed: " \
-        f"{expected_periods(scene.BIG):g} +- 2"
+    assert abs(took - expected_periods(scene.BIG)) <= 2, (
+        f"periods to fill after a second define: {took}, allowed: {expected_periods(scene.BIG):g} +- 2"
+    )
 
 
 def filled_at_once(t):

@@ -1,17 +1,18 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Volume cut in each phase, against closed forms; nothing where nothing may be cut."""
+
 import numpy as np
 
 from support.halrig import PERIOD_S, SCENES, always, load_module, near, require, within
 
 scene = load_module(SCENES / "tracker_enable/stimulus.py")
-ROUNDING_MM3 = 1e-4         # a cell's heights are whole 65535ths of the stock's
+ROUNDING_MM3 = 1e-4  # a cell's heights are whole 65535ths of the stock's
 R, H = 0.5 * scene.DIAMETER, scene.DEPTH
 DISC = np.pi * R * R
 
-CUT_MM3 = {                         # what each phase removes
+CUT_MM3 = {  # what each phase removes
     "disabled": 0.0,
-    "enabled in the middle": H * (DISC + 2 * R * 15.0),     # whole discs at both ends
+    "enabled in the middle": H * (DISC + 2 * R * 15.0),  # whole discs at both ends
     "disabled again": 0.0,
     "plunge": H * DISC,
     "retract": 0.0,
@@ -33,35 +34,46 @@ def cut_in(trace, phase):
 def check(trace):
     always(trace, "fault-code", 0)
     volume = trace["removed-volume"]
-    require(trace, "removed-volume", np.append(True, np.diff(volume) >= -ROUNDING_MM3), "mm3",
-            f"never falling by more than {ROUNDING_MM3:g}")
+    require(
+        trace,
+        "removed-volume",
+        np.append(True, np.diff(volume) >= -ROUNDING_MM3),
+        "mm3",
+        f"never falling by more than {ROUNDING_MM3:g}",
+    )
     for phase, wanted in CUT_MM3.items():
         cut, at = cut_in(trace, phase)
         if wanted:
             near(f"removed in phase '{phase}'", cut, wanted, 0.003, "mm3", at)
         else:
-            assert abs(cut) <= 0.02, f"removed in phase '{phase}': {cut:.4g} mm3 at {at:.3f} s, " \
-                                     "allowed: 0 mm3 +- 0.02"
+            assert abs(cut) <= 0.02, f"removed in phase '{phase}': {cut:.4g} mm3 at {at:.3f} s, allowed: 0 mm3 +- 0.02"
     ramp, _ = cut_in(trace, "plunge slanted")
     back, at = cut_in(trace, "same way back")
     near("removed by a ramp and the way back", ramp + back, RAMP_AND_BACK_MM3, 0.003, "mm3", at)
-    assert 0.3 < ramp / (ramp + back) < 0.7, \
+    assert 0.3 < ramp / (ramp + back) < 0.7, (
         f"ramp: {ramp:.5g} mm3 at {at:.3f} s, allowed: 30..70 % of {ramp + back:.5g} mm3"
+    )
 
     for phase, area in LOAD_MM2.items():
         part = trace.only(phase)
         inside = part["pos-z"] - scene.OFFSET[2] < scene.TOP - 0.5
-        within(part, "section-area", 0.98 * area, 1.02 * area, "mm2",
-               np.where(inside, part["section-area"], area))
+        within(part, "section-area", 0.98 * area, 1.02 * area, "mm2", np.where(inside, part["section-area"], area))
     for phase in ("retract", "traverse above"):
         part = trace.only(phase)
-        within(part, "section-area", 0.0, 1e-6, "mm2", part["section-area"] * (
-            np.arange(len(part["section-area"])) > 0))
+        within(
+            part, "section-area", 0.0, 1e-6, "mm2", part["section-area"] * (np.arange(len(part["section-area"])) > 0)
+        )
     disabled = trace.only("disabled")
     within(disabled, "removed-volume", 0.0, 0.0, "mm3")
     across = np.arange(len(disabled["pos-z"])) > len(disabled["pos-z"]) // 2 + 50
-    within(disabled, "section-area", 23.5, 24.5, "mm2",     # the position is followed all the same
-           np.where(across, disabled["section-area"], 24.0))
+    within(
+        disabled,
+        "section-area",
+        23.5,
+        24.5,
+        "mm2",  # the position is followed all the same
+        np.where(across, disabled["section-area"], 24.0),
+    )
 
 
 def joined(t):

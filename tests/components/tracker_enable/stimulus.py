@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What cuts and what does not: enable, tool offset, plunge, retract, traverse."""
+
 from support.halrig import ToolPath
 
-DIAMETER = 6.0                                      # mm
-DEPTH = 4.0                                         # mm
-SPEED = 60.0                                        # mm/s
+DIAMETER = 6.0  # mm
+DEPTH = 4.0  # mm
+SPEED = 60.0  # mm/s
 LOW, HIGH = (10.0, -20.0, -110.0), (70.0, 20.0, -100.0)
 TOP = HIGH[2]
-OFFSET = (3.5, -2.25, 42.0)                         # mm, the axes are this far from the tip
+OFFSET = (3.5, -2.25, 42.0)  # mm, the axes are this far from the tip
 
 
 def stimulus():
@@ -17,9 +18,9 @@ def stimulus():
     path.stay(2).define()
     bottom = TOP - DEPTH
 
-    path.phase("disabled")                           # down and across, nothing is cut
+    path.phase("disabled")  # down and across, nothing is cut
     path.line((15.0, -14.0, bottom), SPEED).line((30.0, -14.0, bottom), SPEED)
-    path.phase("enabled in the middle")              # cuts from here on, not the path made before
+    path.phase("enabled in the middle")  # cuts from here on, not the path made before
     path.set(enable=1).line((45.0, -14.0, bottom), SPEED)
     path.phase("disabled again")
     path.set(enable=0).line((60.0, -14.0, bottom), SPEED)
@@ -35,7 +36,7 @@ def stimulus():
     path.line((50.0, 12.0, TOP), SPEED).line((30.0, 12.0, TOP), SPEED)
     path.phase("plunge slanted")
     path.set(motion_type=2).line((50.0, 12.0, bottom), SPEED)
-    path.phase("same way back")                      # levels the ramp
+    path.phase("same way back")  # levels the ramp
     path.line((30.0, 12.0, bottom), SPEED)
     path.phase("once more")
     path.line((50.0, 12.0, bottom), SPEED)

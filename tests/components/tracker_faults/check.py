@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Fault codes, and what must not be a fault."""
+
 import numpy as np
 
 from support.halrig import PERIOD_S, SCENES, always, load_module, near, require, within
@@ -16,12 +17,12 @@ def check_tools(trace):
         always(part, "fault", 1)
         always(part, "ready", 0)
         always(part, "stock-defined", 1)
-        within(part, "removed-volume", 0.0, 0.0, "mm3")     # an unknown tool cuts nothing
+        within(part, "removed-volume", 0.0, 0.0, "mm3")  # an unknown tool cuts nothing
         within(part, "section-area", 0.0, 0.0, "mm2")
         always(after, "fault-code", 0)
         always(after, "ready", 1)
     idle = trace.only("no tool, not cutting")
-    always(idle, "fault", 0)                                # a tool change raises no fault
+    always(idle, "fault", 0)  # a tool change raises no fault
     always(idle, "ready", 0)
 
 
@@ -29,33 +30,37 @@ def check_positions(trace):
     always(trace.only("jump while not cutting"), "fault-code", 0)
     jump = trace.only("jump")
     row = np.arange(len(jump["fault-code"]))
-    require(jump, "fault-code", jump["fault-code"] == np.where(row < 3, 0, JUMP), "(pin)",
-            f"0 before the jump, {JUMP} from it on, also when positions are sound again")
+    require(
+        jump,
+        "fault-code",
+        jump["fault-code"] == np.where(row < 3, 0, JUMP),
+        "(pin)",
+        f"0 before the jump, {JUMP} from it on, also when positions are sound again",
+    )
     always(trace.only("no position"), "fault-code", NO_POSITION)
     always(trace.only("no position"), "ready", 0)
     always(trace.only("position back"), "fault-code", NO_POSITION)
     for phase in ("defined after the jump", "defined after no position"):
         part = trace.only(phase)
         always(part, "fault-code", 0)
-        assert part["ready"][-1] == 1, \
+        assert part["ready"][-1] == 1, (
             f"ready: 0 at {trace.phases[phase].stop * PERIOD_S:.3f} s, allowed: 1 after a new stock"
+        )
     for phase in ("jump while not cutting", "jump", "no position", "position back"):
         within(trace.only(phase), "removed-volume", 0.0, 0.0, "mm3")
 
 
 def check_flute(trace):
-    for phase in ("within the flute", "beside the stock, deeper than the flute",
-                  "out of the stock again", "all clear"):
+    for phase in ("within the flute", "beside the stock, deeper than the flute", "out of the stock again", "all clear"):
         always(trace.only(phase), "flute-excess", 0)
     part = trace.only("deeper than the flute")
-    row = np.argmax(part["pos-y"] < 40.0 + R - 0.15)        # the tool is in the box, a period or two
+    row = np.argmax(part["pos-y"] < 40.0 + R - 0.15)  # the tool is in the box, a period or two
     said = part["flute-excess"] == 1
     index = np.arange(len(said))
     require(part, "flute-excess", said | (index < row), "(pin)", "1 from 0.15 mm after the touch on")
-    require(part, "flute-excess", ~said | (part["pos-y"] <= 40.0 + R), "(pin)",
-            "0 until the touch")
+    require(part, "flute-excess", ~said | (part["pos-y"] <= 40.0 + R), "(pin)", "0 until the touch")
     volume = trace["removed-volume"][trace.phases["all clear"].stop - 1]
-    slot = 2 * R * 10.0 + 0.5 * np.pi * R * R               # 10 mm past the edge, twice
+    slot = 2 * R * 10.0 + 0.5 * np.pi * R * R  # 10 mm past the edge, twice
     near("removed-volume", volume, (2.9 + 4.0) * slot, 0.003, "mm3", trace.t[-1])
 
 
@@ -67,8 +72,9 @@ def check(trace):
     for name in ("fault", "fault-code", "flute-excess", "rapid-contact"):
         always(end, name, 0)
     always(end, "ready", 1)
-    require(trace, "fault", (trace["fault"] == 1) == (trace["fault-code"] != 0), "(pin)",
-            "1 just where fault-code is not 0")
+    require(
+        trace, "fault", (trace["fault"] == 1) == (trace["fault-code"] != 0), "(pin)", "1 just where fault-code is not 0"
+    )
     for name in ("removed-volume", "mrr", "section-area", "depth"):
         within(trace, name, 0.0, 1e7, "(pin)")
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """One trouble after the other, with sound rows in between."""
+
 import math
 
 from support.halrig import ToolPath
@@ -7,9 +8,9 @@ from support.halrig import ToolPath
 NAN, INF = math.nan, math.inf
 LOW, HIGH = (0.0, 0.0, -10.0), (60.0, 40.0, 0.0)
 TOOL = dict(tool_diameter=6.0, tool_corner_radius=0.0, tool_tip_angle=0.0, tool_flute_length=0.0)
-FLUTE = 3.0                         # mm
+FLUTE = 3.0  # mm
 
-BAD_TOOLS = {                       # phase: (fault code, pins)
+BAD_TOOLS = {  # phase: (fault code, pins)
     "no tool": (11, dict(tool_diameter=0.0)),
     "negative diameter": (11, dict(tool_diameter=-6.0)),
     "diameter NaN": (11, dict(tool_diameter=NAN)),
@@ -40,7 +41,7 @@ def bad_tools(path):
 
 
 def bad_positions(path):
-    path.phase("jump while not cutting")             # homing, a switched-off machine moved by hand
+    path.phase("jump while not cutting")  # homing, a switched-off machine moved by hand
     path.stay(3).jump((30.0, 20.0, 20.0)).stay(10)
     path.phase("jump")
     path.set(enable=1).stay(3).jump((30.0, 60.0, 20.0)).stay(10)

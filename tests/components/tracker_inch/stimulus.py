@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The slot of tracker_slot, in inch."""
+
 from support.halrig import SCENES, load_module
 
 

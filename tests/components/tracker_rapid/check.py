@@ -1,16 +1,25 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """rapid-contact: before the touch by the braking distance, and never without reason."""
+
 import numpy as np
 
 from support.halrig import PERIOD_S, SCENES, always, load_module, near, require
 
 scene = load_module(SCENES / "tracker_rapid/stimulus.py")
 R = 0.5 * scene.DIAMETER
-BRAKING_MM = scene.RAPID ** 2 / (2 * scene.ACCEL)
-EARLY_MM = 1.5                      # two samples of the path ahead, one period
-NO_CONTACT = ("define", "down to the clearance plane", "across at the clearance plane", "away",
-              "towards the side, braking in front of it", "feed", "back in the finished slot",
-              "in the slot once more", "end")
+BRAKING_MM = scene.RAPID**2 / (2 * scene.ACCEL)
+EARLY_MM = 1.5  # two samples of the path ahead, one period
+NO_CONTACT = (
+    "define",
+    "down to the clearance plane",
+    "across at the clearance plane",
+    "away",
+    "towards the side, braking in front of it",
+    "feed",
+    "back in the finished slot",
+    "in the slot once more",
+    "end",
+)
 
 
 def check(trace):
@@ -20,14 +29,25 @@ def check(trace):
     part = trace.only("into the side at full speed")
     said = part["rapid-contact"] == 1
     to_touch = -R - part["pos-x"]
-    require(part, "rapid-contact", said | (to_touch > BRAKING_MM), "(pin)",
-            f"1 from {BRAKING_MM:g} mm before the touch on")
-    require(part, "rapid-contact", ~said | (to_touch < BRAKING_MM + EARLY_MM), "(pin)",
-            f"0 until {BRAKING_MM + EARLY_MM:g} mm before the touch")
+    require(
+        part, "rapid-contact", said | (to_touch > BRAKING_MM), "(pin)", f"1 from {BRAKING_MM:g} mm before the touch on"
+    )
+    require(
+        part,
+        "rapid-contact",
+        ~said | (to_touch < BRAKING_MM + EARLY_MM),
+        "(pin)",
+        f"0 until {BRAKING_MM + EARLY_MM:g} mm before the touch",
+    )
     # a traverse into the stock is a cut like any other
-    near("removed-volume", part["removed-volume"][-1],
-         -scene.BOTTOM * (2 * R * 10.0 + 0.5 * np.pi * R * R), 0.003, "mm3",
-         trace.phases["into the side at full speed"].stop * PERIOD_S)
+    near(
+        "removed-volume",
+        part["removed-volume"][-1],
+        -scene.BOTTOM * (2 * R * 10.0 + 0.5 * np.pi * R * R),
+        0.003,
+        "mm3",
+        trace.phases["into the side at full speed"].stop * PERIOD_S,
+    )
 
 
 SABOTAGE = {

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Traverses as the planner makes them, near the stock, into it and in a slot cut before."""
+
 from support.halrig import ToolPath
 
 LOW, HIGH = (0.0, 0.0, -10.0), (60.0, 40.0, 0.0)
-DIAMETER = 6.0                      # mm
-ACCEL = 2000.0                      # mm/s2, as in test.hal
-RAPID = 200.0                       # mm/s
-CLEARANCE = 2.0                     # mm above the stock
-SIDE_Y, BOTTOM = 30.0, -3.0         # mm
+DIAMETER = 6.0  # mm
+ACCEL = 2000.0  # mm/s2, as in test.hal
+RAPID = 200.0  # mm/s
+CLEARANCE = 2.0  # mm above the stock
+SIDE_Y, BOTTOM = 30.0, -3.0  # mm
 
 
 def stimulus():

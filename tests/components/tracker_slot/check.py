@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Volume, load, rate, depth and warning of a slot, against closed forms."""
+
 import numpy as np
 
 from support.halrig import PERIOD_S, SCENES, load_module, near, require, within
@@ -8,7 +9,7 @@ slot = load_module(SCENES / "tracker_slot/stimulus.py")
 R = 0.5 * slot.DIAMETER
 COS = np.cos(slot.ANGLE)
 FULL_MM2 = slot.DIAMETER * slot.DEPTH
-LATE_MM = 0.051             # of the path ahead: one period, for the pins are read a period apart
+LATE_MM = 0.051  # of the path ahead: one period, for the pins are read a period apart
 EARLY_MM = 1.0
 
 
@@ -21,37 +22,48 @@ def check(trace, scale=1.0):
     """`scale`: machine units per mm; the clock of the slot is the same in any."""
     cut = trace.only("cut")
     x = cut["pos-x"] / scale
-    inside = x / COS                            # mm of the axis past the edge
-    to_contact = (-R - x) / COS                 # mm until the tool touches the edge
+    inside = x / COS  # mm of the axis past the edge
+    to_contact = (-R - x) / COS  # mm until the tool touches the edge
 
     always_ready = trace.only("cut")
     require(always_ready, "ready", always_ready["ready"] == 1, "(pin)", "only 1")
     require(trace, "fault-code", trace["fault-code"] == 0, "(pin)", "only 0")
 
-    within(cut, "removed-volume", -1e-9, 1e-9, "mm3",
-           np.where(to_contact > 0, cut["removed-volume"], 0.0))
+    within(cut, "removed-volume", -1e-9, 1e-9, "mm3", np.where(to_contact > 0, cut["removed-volume"], 0.0))
     deep = x > 5.0
-    within(cut, "removed-volume", 0.997, 1.003, "of the closed form",
-           np.where(deep, cut["removed-volume"] / volume_mm3(inside), 1.0))
+    within(
+        cut,
+        "removed-volume",
+        0.997,
+        1.003,
+        "of the closed form",
+        np.where(deep, cut["removed-volume"] / volume_mm3(inside), 1.0),
+    )
     stand = trace.only("stand")
-    near("removed-volume at the end", stand["removed-volume"][-1], volume_mm3(inside[-1]), 0.003,
-         "mm3", trace.t[-1])
+    near("removed-volume at the end", stand["removed-volume"][-1], volume_mm3(inside[-1]), 0.003, "mm3", trace.t[-1])
 
     steady = cut["section-area"][x > 2.0]
     near("section-area, mean", steady.mean(), FULL_MM2, 0.01, "mm2", cut.start * PERIOD_S)
-    assert steady.std() <= 0.02 * FULL_MM2, \
+    assert steady.std() <= 0.02 * FULL_MM2, (
         f"section-area: standard deviation {steady.std():.4g} mm2, allowed {0.02 * FULL_MM2:g} mm2"
-    within(cut, "section-area", -1e-9, 1e-9, "mm2",
-           np.where(to_contact > EARLY_MM, cut["section-area"], 0.0))
+    )
+    within(cut, "section-area", -1e-9, 1e-9, "mm2", np.where(to_contact > EARLY_MM, cut["section-area"], 0.0))
 
     speed = np.hypot(np.gradient(x), np.gradient(cut["pos-y"] / scale)) / PERIOD_S
     rate = cut["section-area"] * speed * 60.0
-    within(cut, "mrr", 0.98, 1.02, "of section-area x velocity",
-           np.where(inside > 2.0 / COS + 5.0, cut["mrr"] / np.maximum(rate, 1e-9), 1.0))
+    within(
+        cut,
+        "mrr",
+        0.98,
+        1.02,
+        "of section-area x velocity",
+        np.where(inside > 2.0 / COS + 5.0, cut["mrr"] / np.maximum(rate, 1e-9), 1.0),
+    )
     near("mrr when the tool stands", stand["mrr"][-1] + 1.0, 1.0, 1e-6, "mm3/min", trace.t[-1])
 
-    within(cut, "depth", 0.999 * slot.DEPTH, 1.001 * slot.DEPTH, "mm",
-           np.where(x > 0.0, cut["depth"] / scale, slot.DEPTH))
+    within(
+        cut, "depth", 0.999 * slot.DEPTH, 1.001 * slot.DEPTH, "mm", np.where(x > 0.0, cut["depth"] / scale, slot.DEPTH)
+    )
     check_warning(cut, to_contact, scale)
 
 
@@ -63,12 +75,24 @@ def check_warning(cut, to_contact, scale):
         said = np.where(area > 0.0, distance, said)
         full = np.where(area >= 0.98 * FULL_MM2, distance, full)
     near_it = (to_contact > 0.0) & (to_contact < 4.5)
-    within(cut, "load-step-distance of the first stock", -EARLY_MM, LATE_MM, "mm after the true one",
-           np.where(near_it, said - to_contact, 0.0))
+    within(
+        cut,
+        "load-step-distance of the first stock",
+        -EARLY_MM,
+        LATE_MM,
+        "mm after the true one",
+        np.where(near_it, said - to_contact, 0.0),
+    )
     to_full = (R * np.sin(slot.ANGLE) - cut["pos-x"] / scale) / COS
     close = (to_full > 0.0) & (to_full < 4.5)
-    within(cut, "load-step-distance of the full slot", -4.0, LATE_MM, "mm after the true one",
-           np.where(close, full - to_full, 0.0))
+    within(
+        cut,
+        "load-step-distance of the full slot",
+        -4.0,
+        LATE_MM,
+        "mm after the true one",
+        np.where(close, full - to_full, 0.0),
+    )
 
 
 def late(cut):
@@ -90,8 +114,7 @@ SABOTAGE = {
     "depth in the wrong unit": lambda t: t.but(depth=lambda v: 25.4 * v),
     "no depth": lambda t: t.but(depth=lambda v: 0 * v),
     "warning late": late,
-    "warning far too early": lambda t: t.but(**{f"load_step_distance_{i}": lambda d: d - 1.5
-                                                for i in range(8)}),
+    "warning far too early": lambda t: t.but(**{f"load_step_distance_{i}": lambda d: d - 1.5 for i in range(8)}),
     "no warning": lambda t: t.but(**{f"load_step_area_{i}": lambda a: 0 * a for i in range(8)}),
     "not ready once": lambda t: t.put("ready", "cut", 0, 700),
     "a fault": lambda t: t.put("fault-code", "cut", 21, 700),

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """When a tool that is not known any more stops being used, and that nothing else does."""
+
 import numpy as np
 
 from support.halrig import SCENES, always, load_module, require, within
 
 scene = load_module(SCENES / "tracker_watch/stimulus.py")
-F = 20.0 / 50.0                         # the programmed feed as an override
-GRACE = 50                              # periods, tool_watch.h
+F = 20.0 / 50.0  # the programmed feed as an override
+GRACE = 50  # periods, tool_watch.h
 CHANGED, UNWATCHED, FALLBACK = 15, 16, 5
 
 
@@ -24,9 +25,14 @@ def falls_back(part, start, code, late):
     require(part, "ready", part["ready"] == (row < start), "(pin)", f"1 before row {start}, 0 from it on")
     within(part, "adaptive-feed", np.where(row < start, 0.0, F - 1e-9), np.where(row < start, 1.0, F + 1e-9), "")
     require(part, "limited-by", (part["limited-by"] == FALLBACK) == (row >= start), "(pin)", f"5 from row {start} on")
-    sharp = np.abs(row - start - late) <= 1     # times are sums of periods
-    require(part, "fault-code", (part["fault-code"] == np.where(row < start + late, 0, code)) | sharp, "(pin)",
-            f"{code} from row {start + late} on")
+    sharp = np.abs(row - start - late) <= 1  # times are sums of periods
+    require(
+        part,
+        "fault-code",
+        (part["fault-code"] == np.where(row < start + late, 0, code)) | sharp,
+        "(pin)",
+        f"{code} from row {start + late} on",
+    )
     require(part, "fault", part["fault"] == (part["fault-code"] != 0), "(pin)", "1 just where there is a code")
 
 
@@ -35,15 +41,17 @@ def cut_per_period(part):
 
 
 def check(trace):
-    slot = 6.0 * 3.0 * scene.SPEED      # mm3 a period, in the steady slot
+    slot = 6.0 * 3.0 * scene.SPEED  # mm3 a period, in the steady slot
     well(trace.only("cutting"))
     steady = cut_per_period(trace.only("cutting"))
-    assert abs(steady.mean() - slot) < 0.03 * slot, f"removed-volume: {steady.mean():.6g} mm3 a period, allowed: {slot:.6g} +- 3 %"
+    assert abs(steady.mean() - slot) < 0.03 * slot, (
+        f"removed-volume: {steady.mean():.6g} mm3 a period, allowed: {slot:.6g} +- 3 %"
+    )
     falls_back(trace.only("changed, late"), 0, CHANGED, GRACE)
     well(trace.only("followed"))
     dead = trace.only("changed, dead")
     falls_back(dead, 0, CHANGED, GRACE)
-    left = cut_per_period(dead)[5:]     # what was queued before the change is cut by the old tool
+    left = cut_per_period(dead)[5:]  # what was queued before the change is cut by the old tool
     assert not left.any(), f"removed-volume: {left.sum():.6g} mm3 by a tool that is not known, allowed: 0"
     well(trace.only("followed at last"))
     silent = trace.only("no heartbeat")
@@ -59,17 +67,24 @@ def check(trace):
 
 
 def awaited(trace):
-    """Traverses wait for a tool while it is unknown, from the change on for `monitor-timeout`, or for so long since the last heartbeat."""
+    """Traverses wait for a tool while it is unknown, from the change on for `monitor-timeout`, or for so long since the
+    last heartbeat."""
     for phase in trace.phases:
         part = trace.only(phase)
         if phase in ("changed, late", "changed, dead"):
             always(part, "tool-awaited", 1)
         elif "changed" not in phase:
             always(part, "tool-awaited", 0)
-    never, silent = (np.flatnonzero(trace.only(f"changed, {name}")["tool-awaited"]) for name in ("never followed", "silent"))
-    assert never[0] == 0 and abs(len(never) - scene.LIMIT) <= 1, f"tool-awaited: {len(never)} periods, allowed: {scene.LIMIT} +- 1"
+    never, silent = (
+        np.flatnonzero(trace.only(f"changed, {name}")["tool-awaited"]) for name in ("never followed", "silent")
+    )
+    assert never[0] == 0 and abs(len(never) - scene.LIMIT) <= 1, (
+        f"tool-awaited: {len(never)} periods, allowed: {scene.LIMIT} +- 1"
+    )
     last = scene.LIMIT - (trace.phases["changed, silent"].start % 20 or 20)
-    assert silent[0] == 100 and abs(silent[-1] + 1 - last) <= 1, f"tool-awaited: up to row {silent[-1]}, allowed: {last} +- 1"
+    assert silent[0] == 100 and abs(silent[-1] + 1 - last) <= 1, (
+        f"tool-awaited: up to row {silent[-1]}, allowed: {last} +- 1"
+    )
     for rows in (never, silent):
         assert len(rows) == rows[-1] - rows[0] + 1, "tool-awaited: with a gap"
 

@@ -5,6 +5,7 @@ Called by elements.py, contour.py and intersect.py.  An arc is centre (n, 2) mm,
 radius (n,) mm, start angle (n,) rad and sweep (n,) rad, positive counter-clockwise,
 |sweep| <= 2 pi.
 """
+
 import numpy as np
 
 from chipwise.geometry.base.lines import cross, dot
@@ -20,8 +21,7 @@ def sweep_from_ends(start, end, centre, ccw, full):
     """
     a, b = start - centre, end - centre
     turn = np.arctan2(cross(a, b), dot(a, b))
-    sweep = np.where(ccw, np.where(turn <= 0.0, turn + TWO_PI, turn),
-                     np.where(turn >= 0.0, turn - TWO_PI, turn))
+    sweep = np.where(ccw, np.where(turn <= 0.0, turn + TWO_PI, turn), np.where(turn >= 0.0, turn - TWO_PI, turn))
     return np.where(full, np.where(ccw, TWO_PI, -TWO_PI), sweep)
 
 

@@ -3,6 +3,7 @@
 
 Called by rings.py, rest_material.py and cycles/pocket.py.  A position is (element index, parameter).
 """
+
 import numpy as np
 
 from chipwise.geometry.base import elements
@@ -30,8 +31,8 @@ def nearest(chain, point):
     at = np.broadcast_to(point, (len(chain), 2))
     gap = elements.distances(chain, index, at)
     k = least(gap)
-    t = float(np.clip(parameters(chain, index[k:k + 1], at[k:k + 1])[0], 0.0, 1.0))
-    if chain.is_arc[k]:                             # beyond an end the nearer end, not the nearer angle
+    t = float(np.clip(parameters(chain, index[k : k + 1], at[k : k + 1])[0], 0.0, 1.0))
+    if chain.is_arc[k]:  # beyond an end the nearer end, not the nearer angle
         ends = np.hypot(*(chain.start[k] - point)), np.hypot(*(chain.end[k] - point))
         if min(ends) <= gap[k]:
             t = 0.0 if ends[0] <= ends[1] else 1.0
@@ -74,8 +75,9 @@ def segment(chain, index, t0, t1):
     start = chain.start[pick] if t0 == 0.0 else elements.point_at(chain, pick, np.array([t0]))
     end = chain.end[pick] if t1 == 1.0 else elements.point_at(chain, pick, np.array([t1]))
     sweep = chain.sweep[pick] * (t1 - t0)
-    return Elements(start, end, chain.centre[pick], chain.radius[pick],
-                    chain.start_angle[pick] + t0 * chain.sweep[pick], sweep)
+    return Elements(
+        start, end, chain.centre[pick], chain.radius[pick], chain.start_angle[pick] + t0 * chain.sweep[pick], sweep
+    )
 
 
 def rotated(chain, index, t):
@@ -84,14 +86,14 @@ def rotated(chain, index, t):
     order = (np.arange(len(chain)) + index) % len(chain)
     if t == 0.0:
         return elements.take(chain, order)
-    return elements.join((segment(chain, index, t, 1.0), elements.take(chain, order[1:]),
-                          segment(chain, index, 0.0, t)))
+    return elements.join(
+        (segment(chain, index, t, 1.0), elements.take(chain, order[1:]), segment(chain, index, 0.0, t))
+    )
 
 
 def line(start, end):
     """One line (as Elements)."""
-    return elements.make_lines(np.array(start, float).reshape(1, 2),
-                               np.array(end, float).reshape(1, 2))
+    return elements.make_lines(np.array(start, float).reshape(1, 2), np.array(end, float).reshape(1, 2))
 
 
 def flat(chain, sagitta):

@@ -4,6 +4,7 @@
 Called by kernel.py, slices.py and sharp.py.  This is what the patent lacks, which compares an
 element only with itself, and LinuxCNC's compensation, which looks at the next moves.
 """
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,7 @@ from chipwise.geometry.base.tolerances import DEPTH_MM
 class ClearanceCheck:
     """finish: all n elements of the finish shape; tree over their boxes; beside (n, 5) int:
     each element with its two neighbours on either side."""
+
     finish: Elements
     tree: search.BoxTree
     beside: np.ndarray
@@ -61,8 +63,9 @@ def clear_lines(clearance_check, start, end, radius):
     e, segments = clearance_check.finish, elements.make_lines(start, end)
     t = np.clip(lines.parameter(e.centre[leaf], start[which], end[which]), 0.0, 1.0)
     foot = start[which] + (end - start)[which] * t[:, None]
-    gaps = [elements.distances(e, leaf, p) for p in (start[which], end[which], foot)] \
-        + [elements.distances(segments, which, p) for p in (e.start[leaf], e.end[leaf])]
+    gaps = [elements.distances(e, leaf, p) for p in (start[which], end[which], foot)] + [
+        elements.distances(segments, which, p) for p in (e.start[leaf], e.end[leaf])
+    ]
     clear = np.ones(len(start), bool)
     clear[which[np.min(gaps, axis=0) < radius - DEPTH_MM]] = False
     both = elements.join((e, segments))

@@ -6,6 +6,7 @@ one connected run of lines and arcs, open or closed, that neither crosses nor to
 itself.  What cannot be one is refused with a ContourError that names both elements by
 their source lines.
 """
+
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,12 +17,23 @@ from chipwise.geometry.base import arcs, elements, search, spikes
 from chipwise.geometry.base.elements import Elements
 from chipwise.geometry.base.intersect import meetings
 from chipwise.geometry.base.lines import dot
-from chipwise.geometry.base.tolerances import (ARC_RADII_MM, ARC_RADII_SHARE, CONNECT_MM, FULL_CIRCLE_MM,
-                                               HALF_TURN_RAD, NEARLY_CLOSED_MM, NODE_MM, SELF_LOOP_MM, SHORT_MM)
+from chipwise.geometry.base.tolerances import (
+    ARC_RADII_MM,
+    ARC_RADII_SHARE,
+    CONNECT_MM,
+    FULL_CIRCLE_MM,
+    HALF_TURN_RAD,
+    NEARLY_CLOSED_MM,
+    NODE_MM,
+    SELF_LOOP_MM,
+    SHORT_MM,
+)
+
 
 @dataclass(frozen=True)
 class LineElement:
     """A straight element of the finish shape: points (x, y) mm, source line number."""
+
     start: tuple
     end: tuple
     line: int
@@ -30,6 +42,7 @@ class LineElement:
 @dataclass(frozen=True)
 class ArcElement:
     """An arc of the finish shape; start == end is a full circle."""
+
     start: tuple
     end: tuple
     centre: tuple
@@ -54,6 +67,7 @@ class Contour:
     """elements: n lines and arcs, end to start; closed: the last end is the first start;
     line (n,) int source line of each element; length (n,) mm; gap: the widest gap that was
     closed, mm, and gap_line: the source line of the element that ends before it."""
+
     elements: Elements
     closed: bool
     line: np.ndarray
@@ -79,6 +93,7 @@ class ContourError(ValueError):
 @dataclass(frozen=True, eq=False)
 class _Rows:
     """n parts as arrays: start, end, centre (n, 2) mm; arc, ccw (n,) bool; line (n,) int."""
+
     start: np.ndarray
     end: np.ndarray
     centre: np.ndarray
@@ -100,8 +115,7 @@ def make_contour(parts, close_mm=CONNECT_MM):
         mask, start, end = spikes.without(rows, _lengths(rows), close_mm)
         rows = _pick(replace(rows, start=start, end=end), mask)
     if not len(rows.line):
-        raise ContourError("empty", (), "the contour holds no element; use at least one G1, G2 "
-                           "or G3 in XY")
+        raise ContourError("empty", (), "the contour holds no element; use at least one G1, G2 or G3 in XY")
     _refuse_gaps(rows, close_mm)
     closed = _is_closed(rows, close_mm)
     gap, gap_line = _widest_gap(rows, closed)
@@ -109,29 +123,39 @@ def make_contour(parts, close_mm=CONNECT_MM):
     e = _elements(rows)
     contour = Contour(e, closed, rows.line, elements.lengths(e), gap, gap_line)
     if closed and spikes.there_and_back(parts, close_mm):
-        raise ContourError("no inside", rows.line[[0, -1]], f"the loop of lines {rows.line[0]} to {rows.line[-1]} runs there and "
-                           "back on itself and has no inside; draw its outline", tuple(rows.start[0]))
+        raise ContourError(
+            "no inside",
+            rows.line[[0, -1]],
+            f"the loop of lines {rows.line[0]} to {rows.line[-1]} runs there and "
+            "back on itself and has no inside; draw its outline",
+            tuple(rows.start[0]),
+        )
     refuse_crossings(contour)
     return contour
 
 
 def reverse(contour):
     """The contour travelled the other way."""
-    return replace(contour, elements=elements.reverse(contour.elements), line=contour.line[::-1],
-                   length=contour.length[::-1])
+    return replace(
+        contour, elements=elements.reverse(contour.elements), line=contour.line[::-1], length=contour.length[::-1]
+    )
 
 
 def _rows(parts):
-    table = [(*p.start, *p.end, *p.centre, True, p.ccw, p.line) if isinstance(p, ArcElement)
-             else (*p.start, *p.end, 0.0, 0.0, False, False, p.line) for p in parts]
+    table = [
+        (*p.start, *p.end, *p.centre, True, p.ccw, p.line)
+        if isinstance(p, ArcElement)
+        else (*p.start, *p.end, 0.0, 0.0, False, False, p.line)
+        for p in parts
+    ]
     table = np.array(table, dtype=float).reshape(-1, 9)
-    return _Rows(table[:, 0:2], table[:, 2:4], table[:, 4:6], table[:, 6] > 0.0,
-                 table[:, 7] > 0.0, table[:, 8].astype(int))
+    return _Rows(
+        table[:, 0:2], table[:, 2:4], table[:, 4:6], table[:, 6] > 0.0, table[:, 7] > 0.0, table[:, 8].astype(int)
+    )
 
 
 def _pick(rows, index):
-    return _Rows(*(getattr(rows, name)[index] for name in
-                   ("start", "end", "centre", "arc", "ccw", "line")))
+    return _Rows(*(getattr(rows, name)[index] for name in ("start", "end", "centre", "arc", "ccw", "line")))
 
 
 def _distance(a, b):
@@ -143,9 +167,13 @@ def _refuse_not_finite(rows):
     bad = np.flatnonzero(~np.isfinite(np.hstack((rows.start, rows.end, rows.centre))).all(axis=1))
     if len(bad):
         line, before = rows.line[bad[0]], rows.line[max(bad[0] - 1, 0)]
-        raise ContourError("not finite", (before, line), f"the element of line {line}, after line "
-                           f"{before}, has a coordinate that is not a finite number; give every "
-                           "coordinate a value")
+        raise ContourError(
+            "not finite",
+            (before, line),
+            f"the element of line {line}, after line "
+            f"{before}, has a coordinate that is not a finite number; give every "
+            "coordinate a value",
+        )
 
 
 def _without_short(rows):
@@ -165,16 +193,22 @@ def _refuse_gaps(rows, close_mm):
     bad = np.flatnonzero(gap > close_mm)
     if len(bad):
         k = bad[0]
-        raise ContourError("not connected", rows.line[k:k + 2], "the contour is not connected: "
-                           f"line {rows.line[k]} ends {{gap}} from where line "
-                           f"{rows.line[k + 1]} starts; a gap may be {{most}}",
-                           tuple(rows.start[k + 1]), gap=gap[k], most=close_mm)
+        raise ContourError(
+            "not connected",
+            rows.line[k : k + 2],
+            "the contour is not connected: "
+            f"line {rows.line[k]} ends {{gap}} from where line "
+            f"{rows.line[k + 1]} starts; a gap may be {{most}}",
+            tuple(rows.start[k + 1]),
+            gap=gap[k],
+            most=close_mm,
+        )
 
 
 def _widest_gap(rows, closed):
     """(mm, source line before it) of the widest gap between neighbours, and of a closed run
     between its end and its start."""
-    gap = _distance(rows.end, np.roll(rows.start, -1, axis=0))[:len(rows.line) - (not closed)]
+    gap = _distance(rows.end, np.roll(rows.start, -1, axis=0))[: len(rows.line) - (not closed)]
     return (float(gap.max()), int(rows.line[gap.argmax()])) if len(gap) else (0.0, 0)
 
 
@@ -184,10 +218,18 @@ def refuse_nearly_closed(contour, close_mm):
     gap = float(np.hypot(*(e.end[-1] - e.start[0])))
     if not contour.closed and gap < NEARLY_CLOSED_MM < contour.length.sum() / 2:
         x, y = e.start[0].tolist()
-        raise ContourError("not connected", (last, first), f"the contour is open: line {last} ends "
-                           f"{{gap}} from where line {first} starts, more than the {{most}} that "
-                           f"are closed; end line {last} at X{{x}} Y{{y}}", (x, y), gap=gap,
-                           most=close_mm, x=x, y=y)
+        raise ContourError(
+            "not connected",
+            (last, first),
+            f"the contour is open: line {last} ends "
+            f"{{gap}} from where line {first} starts, more than the {{most}} that "
+            f"are closed; end line {last} at X{{x}} Y{{y}}",
+            (x, y),
+            gap=gap,
+            most=close_mm,
+            x=x,
+            y=y,
+        )
 
 
 def _full(rows):
@@ -221,14 +263,22 @@ def _refuse_impossible(rows):
     """Arcs whose two radii differ by more than LinuxCNC allows."""
     first, last = _distance(rows.start, rows.centre), _distance(rows.end, rows.centre)
     differ, large = np.abs(first - last), np.maximum(first, last)
-    bad = rows.arc & ((np.minimum(first, last) <= SHORT_MM)
-                      | (differ > ARC_RADII_MM) & (differ > ARC_RADII_SHARE * large))
+    bad = rows.arc & (
+        (np.minimum(first, last) <= SHORT_MM) | (differ > ARC_RADII_MM) & (differ > ARC_RADII_SHARE * large)
+    )
     for k in np.flatnonzero(bad)[:1]:
         line, before = rows.line[k], rows.line[max(k - 1, 0)]
-        raise ContourError("impossible arc", (before, line), f"the arc of line {line}, after line "
-                           f"{before}, has radius {{first}} at its start and {{last}} at its end; "
-                           f"they may differ by {{most}} or {100.0 * ARC_RADII_SHARE} %",
-                           tuple(rows.start[k]), first=first[k], last=last[k], most=ARC_RADII_MM)
+        raise ContourError(
+            "impossible arc",
+            (before, line),
+            f"the arc of line {line}, after line "
+            f"{before}, has radius {{first}} at its start and {{last}} at its end; "
+            f"they may differ by {{most}} or {100.0 * ARC_RADII_SHARE} %",
+            tuple(rows.start[k]),
+            first=first[k],
+            last=last[k],
+            most=ARC_RADII_MM,
+        )
 
 
 def _sweeps(rows):
@@ -246,8 +296,7 @@ def _halved(rows):
         return rows
     out = rows.start - rows.centre
     angle = np.arctan2(out[:, 1], out[:, 0]) + 0.5 * sweep
-    half = rows.centre + np.stack((np.cos(angle), np.sin(angle)), axis=1) \
-        * (0.5 * (first + last))[:, None]
+    half = rows.centre + np.stack((np.cos(angle), np.sin(angle)), axis=1) * (0.5 * (first + last))[:, None]
     index = np.repeat(np.arange(len(cut)), np.where(cut, 2, 1))
     again = np.concatenate(([False], index[1:] == index[:-1]))
     rows = _pick(rows, index)
@@ -263,8 +312,7 @@ def _elements(rows):
     centre = np.where(rows.arc[:, None], rows.centre, 0.0)
     radius = np.where(rows.arc, radius, 0.0)
     fit = np.flatnonzero(rows.arc & (np.abs(sweep) <= HALF_TURN_RAD))
-    centre[fit], radius[fit], sweep[fit] = _fitted(rows.start[fit], rows.end[fit], centre[fit],
-                                                   radius[fit], sweep[fit])
+    centre[fit], radius[fit], sweep[fit] = _fitted(rows.start[fit], rows.end[fit], centre[fit], radius[fit], sweep[fit])
     out = rows.start - centre
     angle = np.where(rows.arc, np.arctan2(out[:, 1], out[:, 0]), 0.0)
     return Elements(rows.start, rows.end, centre, radius, angle, sweep)
@@ -280,9 +328,8 @@ def _fitted(start, end, centre, radius, sweep):
     height = np.sqrt(np.maximum((radius - 0.5 * length) * (radius + 0.5 * length), 0.0))
     side = np.where(dot(centre - middle, left) >= 0.0, 1.0, -1.0)
     turned = 2.0 * np.arctan2(0.5 * length, height)
-    turned = np.where(side * sweep < 0.0, 2.0 * np.pi - turned, turned)   # just past a half turn
-    return (middle + (side * height)[:, None] * left, np.hypot(0.5 * length, height),
-            np.copysign(turned, sweep))
+    turned = np.where(side * sweep < 0.0, 2.0 * np.pi - turned, turned)  # just past a half turn
+    return (middle + (side * height)[:, None] * left, np.hypot(0.5 * length, height), np.copysign(turned, sweep))
 
 
 def _apart_along(contour, met):
@@ -310,19 +357,36 @@ def refuse_crossings(contour):
 def _refuse_overshoot(contour, a, b, point):
     """Raise the error of an open contour whose last element b runs past the start of element a, the first."""
     e = contour.elements
-    if contour.closed or a != 0 or b != len(contour.line) - 1 \
-            or elements.distances(e, np.array([b]), e.start[:1])[0] >= NEARLY_CLOSED_MM:
+    if (
+        contour.closed
+        or a != 0
+        or b != len(contour.line) - 1
+        or elements.distances(e, np.array([b]), e.start[:1])[0] >= NEARLY_CLOSED_MM
+    ):
         return
     first, last = int(contour.line[a]), int(contour.line[b])
     (x, y), (mx, my) = e.start[0].tolist(), point.tolist()
-    raise ContourError("crosses itself", (first, last), f"the contour runs past its start: line {last} meets "
-                       f"line {first} at X{{mx}} Y{{my}}; end line {last} at X{{x}} Y{{y}}",
-                       (mx, my), x=x, y=y, mx=mx, my=my)
+    raise ContourError(
+        "crosses itself",
+        (first, last),
+        f"the contour runs past its start: line {last} meets "
+        f"line {first} at X{{mx}} Y{{my}}; end line {last} at X{{x}} Y{{y}}",
+        (mx, my),
+        x=x,
+        y=y,
+        mx=mx,
+        my=my,
+    )
 
 
 def refuse_meeting(line_a, line_b, point):
     """Raise the error of two elements that meet where they must not."""
     line_a, line_b = sorted((int(line_a), int(line_b)))
-    raise ContourError("crosses itself", (line_a, line_b), "the contour crosses or touches "
-                       f"itself: line {line_a} meets line {line_b} at X{{x}} Y{{y}}; draw them apart",
-                       tuple(point), x=float(point[0]), y=float(point[1]))
+    raise ContourError(
+        "crosses itself",
+        (line_a, line_b),
+        f"the contour crosses or touches itself: line {line_a} meets line {line_b} at X{{x}} Y{{y}}; draw them apart",
+        tuple(point),
+        x=float(point[0]),
+        y=float(point[1]),
+    )

@@ -5,6 +5,7 @@ Made by contour.py (the finish shape), raw.py (its raw offset) and paths.py (the
 read by every other module.  A line has sweep 0 and radius 0.  Parameter t runs from 0 at
 the start to 1 at the end of an element, along its length.
 """
+
 from dataclasses import dataclass, field
 from typing import Iterable, Sequence, Union
 
@@ -21,6 +22,7 @@ class Elements:
     start, end, centre (n, 2) float, mm; radius (n,) float, mm; start_angle, sweep (n,)
     float, rad, sweep positive counter-clockwise, 0 for a line.
     """
+
     start: np.ndarray
     end: np.ndarray
     centre: np.ndarray
@@ -28,8 +30,8 @@ class Elements:
     start_angle: np.ndarray
     sweep: np.ndarray
     is_arc: np.ndarray = field(init=False)
-    middle: np.ndarray = field(init=False, repr=False)      # unit vector to the arc's middle
-    cos_half: np.ndarray = field(init=False, repr=False)    # cosine of half the sweep
+    middle: np.ndarray = field(init=False, repr=False)  # unit vector to the arc's middle
+    cos_half: np.ndarray = field(init=False, repr=False)  # cosine of half the sweep
 
     def __post_init__(self) -> None:
         middle_angle = self.start_angle + 0.5 * self.sweep
@@ -44,14 +46,24 @@ class Elements:
 
 def take(elements: Elements, index: Union[np.ndarray, Sequence]) -> Elements:
     """The elements at `index` (m,) int or bool, in that order."""
-    return Elements(elements.start[index], elements.end[index], elements.centre[index],
-                    elements.radius[index], elements.start_angle[index], elements.sweep[index])
+    return Elements(
+        elements.start[index],
+        elements.end[index],
+        elements.centre[index],
+        elements.radius[index],
+        elements.start_angle[index],
+        elements.sweep[index],
+    )
 
 
 def join(parts: Iterable[Elements]) -> Elements:
     """One run from several."""
-    return Elements(*(np.concatenate([getattr(p, name) for p in parts]) for name in
-                      ("start", "end", "centre", "radius", "start_angle", "sweep")))
+    return Elements(
+        *(
+            np.concatenate([getattr(p, name) for p in parts])
+            for name in ("start", "end", "centre", "radius", "start_angle", "sweep")
+        )
+    )
 
 
 def make_lines(start: np.ndarray, end: np.ndarray) -> Elements:
@@ -60,7 +72,9 @@ def make_lines(start: np.ndarray, end: np.ndarray) -> Elements:
     return Elements(start, end, np.zeros_like(start), zero, zero, zero)
 
 
-def make_arcs(start: np.ndarray, end: np.ndarray, centre: np.ndarray, radius: np.ndarray, sweep: np.ndarray) -> Elements:
+def make_arcs(
+    start: np.ndarray, end: np.ndarray, centre: np.ndarray, radius: np.ndarray, sweep: np.ndarray
+) -> Elements:
     """Elements of n arcs; the start angle follows from start and centre."""
     v = start - centre
     return Elements(start, end, centre, radius, np.arctan2(v[:, 1], v[:, 0]), sweep)
@@ -68,9 +82,14 @@ def make_arcs(start: np.ndarray, end: np.ndarray, centre: np.ndarray, radius: np
 
 def reverse(elements: Elements) -> Elements:
     """The same way travelled backwards."""
-    return Elements(elements.end[::-1], elements.start[::-1], elements.centre[::-1],
-                    elements.radius[::-1], (elements.start_angle + elements.sweep)[::-1],
-                    -elements.sweep[::-1])
+    return Elements(
+        elements.end[::-1],
+        elements.start[::-1],
+        elements.centre[::-1],
+        elements.radius[::-1],
+        (elements.start_angle + elements.sweep)[::-1],
+        -elements.sweep[::-1],
+    )
 
 
 def point_at(e: Elements, index: np.ndarray, t: np.ndarray) -> np.ndarray:
@@ -78,8 +97,7 @@ def point_at(e: Elements, index: np.ndarray, t: np.ndarray) -> np.ndarray:
     start = e.start[index]
     along = start + (e.end[index] - start) * t[:, None]
     angle = e.start_angle[index] + t * e.sweep[index]
-    on_arc = e.centre[index] + np.stack((np.cos(angle), np.sin(angle)), axis=1) \
-        * e.radius[index][:, None]
+    on_arc = e.centre[index] + np.stack((np.cos(angle), np.sin(angle)), axis=1) * e.radius[index][:, None]
     return np.where(e.is_arc[index][:, None], on_arc, along)
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""A region cut back from its edge, with as few corners as that allows.  Called by geometry/pocket/concentric.py.  mm."""
+"""A region cut back from its edge, with as few corners as that allows.  Called by geometry/pocket/concentric.py.
+mm."""
 
 import math
 

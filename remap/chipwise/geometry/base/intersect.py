@@ -5,6 +5,7 @@ Called by contour.py (does the finish shape cross itself) and slices.py (where t
 raw offset).  Elements that lie on one another are reported by their ends, so no case of
 its own is needed for overlaps.
 """
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,7 @@ from chipwise.geometry.base.tolerances import NODE_MM
 @dataclass(frozen=True, eq=False)
 class Meetings:
     """k common points: a, b (k,) int elements; t_a, t_b (k,) parameters; point (k, 2) mm."""
+
     a: np.ndarray
     b: np.ndarray
     t_a: np.ndarray
@@ -30,8 +32,7 @@ def parameters(e: Elements, index, point):
     arc = np.flatnonzero(e.is_arc[index])
     if len(arc):
         which = index[arc]
-        t[arc] = arcs.angle_parameter(point[arc], e.centre[which], e.start_angle[which],
-                                      e.sweep[which])
+        t[arc] = arcs.angle_parameter(point[arc], e.centre[which], e.start_angle[which], e.sweep[which])
     return t
 
 
@@ -48,8 +49,7 @@ def _crossings(e, length, a, b):
 
     def keep(i, j, t, u, point):
         ok = _on_element(e, length, i, t) & _on_element(e, length, j, u)
-        for store, value in zip((found_a, found_b, found_t, found_u, found_p),
-                                (i, j, t, u, point)):
+        for store, value in zip((found_a, found_b, found_t, found_u, found_p), (i, j, t, u, point)):
             store.append(value[ok])
 
     both = np.flatnonzero(~arc_a & ~arc_b)
@@ -60,8 +60,7 @@ def _crossings(e, length, a, b):
     one = np.flatnonzero(arc_a != arc_b)
     i, j = a[one], b[one]
     line, arc = np.where(e.is_arc[i], j, i), np.where(e.is_arc[i], i, j)
-    for point in arcs.intersect_line_circle(e.start[line], e.end[line], e.centre[arc],
-                                            e.radius[arc]):
+    for point in arcs.intersect_line_circle(e.start[line], e.end[line], e.centre[arc], e.radius[arc]):
         keep(line, arc, parameters(e, line, point), parameters(e, arc, point), point)
 
     two = np.flatnonzero(arc_a & arc_b)
@@ -80,9 +79,8 @@ def _ends_on(e, a, b):
         i, j, p = a[near], b[near], p[near]
         t = np.clip(parameters(e, j, p), 0.0, 1.0)
         off = p - point_at(e, j, t)
-        close = lines.dot(off, off) <= NODE_MM ** 2
-        found.append((i[close], j[close], np.full(np.count_nonzero(close), t_a), t[close],
-                      p[close]))
+        close = lines.dot(off, off) <= NODE_MM**2
+        found.append((i[close], j[close], np.full(np.count_nonzero(close), t_a), t[close], p[close]))
     return [np.concatenate(part) for part in zip(*found)]
 
 
@@ -91,14 +89,12 @@ def _box_near(e, index, point):
     v = point - e.centre[index]
     ring = np.abs(np.hypot(v[:, 0], v[:, 1]) - e.radius[index]) <= 2.0 * NODE_MM
     along, off = e.end[index] - e.start[index], point - e.start[index]
-    band = lines.cross(along, off) ** 2 <= 4.0 * NODE_MM ** 2 * lines.dot(along, along) \
-        + NODE_MM ** 4
+    band = lines.cross(along, off) ** 2 <= 4.0 * NODE_MM**2 * lines.dot(along, along) + NODE_MM**4
     return np.where(e.is_arc[index], ring, band)
 
 
 def meetings(e: Elements, length, a, b):
     """All common points of element pairs a, b (m,); length (n,) mm of the elements."""
-    parts = (_crossings(e, length, a, b),
-             _ends_on(e, np.concatenate((a, b)), np.concatenate((b, a))))
+    parts = (_crossings(e, length, a, b), _ends_on(e, np.concatenate((a, b)), np.concatenate((b, a))))
     i, j, t, u, point = (np.concatenate(part) for part in zip(*parts))
     return Meetings(i, j, np.clip(t, 0.0, 1.0), np.clip(u, 0.0, 1.0), point)

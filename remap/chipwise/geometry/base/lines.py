@@ -3,6 +3,7 @@
 
 Called by elements.py and intersect.py.  All lengths mm; shapes as given.
 """
+
 import numpy as np
 
 from chipwise.geometry.base.tolerances import PARALLEL

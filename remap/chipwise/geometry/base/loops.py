@@ -5,9 +5,10 @@ Called by contour_sub/read.py and geometry/pocket/nesting.py.  Works on the part
 a chain, LineElement and ArcElement, each of which starts where the one before ends.
 
 A chain is walked once.  Whenever it comes back to a place where it has been, what lies between is a loop and is taken
-out.  So loops that share their first point, loops joined by G1 and a boundary with a bridge to its island fall apart into
-what was drawn.  What is left must be links from loop to loop, one part each.
+out.  So loops that share their first point, loops joined by G1 and a boundary with a bridge to its island fall apart
+into what was drawn.  What is left must be links from loop to loop, one part each.
 """
+
 import math
 
 from chipwise.geometry.base.contour import ContourError
@@ -19,7 +20,8 @@ LEAST_GAPS = 10.0
 
 
 def split(parts, close_mm):
-    """(loops, links): the closed loops of a chain, tuples of parts, and the parts that only lead from one loop to another.
+    """(loops, links): the closed loops of a chain, tuples of parts, and the parts that only lead from one loop to
+    another.
 
     A chain that is one loop, or closes none, is its only loop.  Raises ContourError for parts that hang on a loop.
     """
@@ -28,7 +30,10 @@ def split(parts, close_mm):
     for part in parts:
         walk.add(part)
     loops = tuple(loop for loop in walk.loops if not walk.is_bridge(loop))
-    links = (*(part for loop in walk.loops if walk.is_bridge(loop) for part in loop), *(part for _, part in walk.left()))
+    links = (
+        *(part for loop in walk.loops if walk.is_bridge(loop) for part in loop),
+        *(part for _, part in walk.left()),
+    )
     if len(loops) < 2 and not links or not loops:
         return (tuple(parts),), ()
     if walk.left():
@@ -39,11 +44,21 @@ def split(parts, close_mm):
 def _refuse_loose(walk, loops, close_mm):
     """Raise ContourError for what is left of a chain, but single parts from loop to loop."""
     left, ends = walk.left(), [end for loop in loops for part in loop for end in (part.start, part.end)]
-    loose = [part for part, end in ((left[0][1], left[0][1].start), (left[-1][1], left[-1][1].end)) if min(math.dist(end, other) for other in ends) > close_mm]
-    loose += [part for (before, _), (k, part) in zip(left, left[1:]) if not any(before < joint <= k for joint in walk.joints)]
+    loose = [
+        part
+        for part, end in ((left[0][1], left[0][1].start), (left[-1][1], left[-1][1].end))
+        if min(math.dist(end, other) for other in ends) > close_mm
+    ]
+    loose += [
+        part for (before, _), (k, part) in zip(left, left[1:]) if not any(before < joint <= k for joint in walk.joints)
+    ]
     for part in loose[:1]:
-        raise ContourError("not connected", (part.line, part.line), f"line {part.line} leads to a closed loop or away from it and "
-                           "is not a part of it; use G0 between loops", part.start)
+        raise ContourError(
+            "not connected",
+            (part.line, part.line),
+            f"line {part.line} leads to a closed loop or away from it and is not a part of it; use G0 between loops",
+            part.start,
+        )
 
 
 class _Walk:
@@ -52,8 +67,8 @@ class _Walk:
     def __init__(self, close_mm):
         self.close_mm, self.loops, self.open = close_mm, [], []
         self._length, self._lengths, self._cells = 0.0, [], {}
-        self._bridges = set()       # id() of them
-        self.joints = {0}           # numbers of open parts at whose start a loop was taken out
+        self._bridges = set()  # id() of them
+        self.joints = {0}  # numbers of open parts at whose start a loop was taken out
 
     def add(self, part):
         """The next part of the chain."""
@@ -67,7 +82,8 @@ class _Walk:
             self._take(first)
 
     def left(self):
-        """[(number, part)] of the open parts, without those that are no longer than a gap: rests of spikes at the corner where a loop closed."""
+        """[(number, part)] of the open parts, without those that are no longer than a gap: rests of spikes at the
+        corner where a loop closed."""
         return [(k, part) for k, part in enumerate(self.open) if _length(part) > self.close_mm]
 
     def is_bridge(self, loop):
@@ -80,8 +96,14 @@ class _Walk:
     def _last_at(self, point):
         """The newest open part that starts at a point, far enough back to be the start of a loop."""
         x, y = self._cell(point)
-        near = [k for dx in (-1, 0, 1) for dy in (-1, 0, 1) for k in self._cells.get((x + dx, y + dy), ())
-                if math.dist(self.open[k].start, point) <= self.close_mm and self._length - self._lengths[k] > LEAST_GAPS * self.close_mm]
+        near = [
+            k
+            for dx in (-1, 0, 1)
+            for dy in (-1, 0, 1)
+            for k in self._cells.get((x + dx, y + dy), ())
+            if math.dist(self.open[k].start, point) <= self.close_mm
+            and self._length - self._lengths[k] > LEAST_GAPS * self.close_mm
+        ]
         return max(near, default=None)
 
     def _take(self, first):

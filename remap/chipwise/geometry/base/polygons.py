@@ -23,7 +23,8 @@ SLIVER_AREA = 1e-9
 CAP_CORNERS = 16
 
 
-# A kerf that ends at the wall is drawn so much short of it at most; what is joined to the part by less is not joined. mm
+# A kerf that ends at the wall is drawn so much short of it at most; what is joined to the part by less is not joined.
+# mm
 WALL_GAP = 0.004
 
 
@@ -35,8 +36,12 @@ def outer_disc(cx, cy, radius, sagitta):
     half_angle = math.acos(radius / (radius + sagitta))
     corners = 4 * max(4, math.ceil(math.pi / half_angle / 4))
     reach = radius / math.cos(math.pi / corners)
-    return Polygon([(cx + reach * math.cos(2 * math.pi * k / corners), cy + reach * math.sin(2 * math.pi * k / corners))
-                    for k in range(corners)])
+    return Polygon(
+        [
+            (cx + reach * math.cos(2 * math.pi * k / corners), cy + reach * math.sin(2 * math.pi * k / corners))
+            for k in range(corners)
+        ]
+    )
 
 
 def polygon_region(outline, holes=()):
@@ -146,11 +151,13 @@ def released_with_rim(stock, waste, path, half_width, thickness, reaching=0.0):
 
     stock, waste, thickness, reaching   as badly_held; path: the region whose edge the tool's centre follows, within
     half_width (mm) of the waste's edge
-    A body that holds firmly to some positions of the wall, and to others by bridges thinner than `thickness` only, falls
-    when the last firm one is cut, if the thin ones break inside the wall.  Only firm bridges that its own body reaches
-    count: what another body holds may break off it.  Returns hulls.
+    A body that holds firmly to some positions of the wall, and to others by bridges thinner than `thickness` only,
+    falls when the last firm one is cut, if the thin ones break inside the wall.  Only firm bridges that its own body
+    reaches count: what another body holds may break off it.  Returns hulls.
     """
-    bodies = [body for part in parts(stock.buffer(-thickness / 2, CAP_CORNERS)) for body in parts(part.intersection(waste))]
+    bodies = [
+        body for part in parts(stock.buffer(-thickness / 2, CAP_CORNERS)) for body in parts(part.intersection(waste))
+    ]
     edge, found = waste.boundary, []
     firm = [body for body in bodies if body.distance(edge) < WALL_GAP]
     band = waste.buffer(-WALL_GAP).difference(waste.buffer(-thickness / 2))
@@ -165,7 +172,8 @@ def released_with_rim(stock, waste, path, half_width, thickness, reaching=0.0):
 
 
 def _fallen(region, body, others, held, path, half_width, thickness):
-    """The parts of a region that fall with a body when the pass has cut its contacts `held`; other bodies broken off."""
+    """The parts of a region that fall with a body when the pass has cut its contacts `held`; other bodies broken
+    off."""
     over = path.boundary.intersection(unary_union(held).buffer(half_width + thickness))
     taken = [over.buffer(half_width, CAP_CORNERS)] + [b.buffer(thickness / 2 * 1.01, CAP_CORNERS) for b in others]
     return [part for part in parts(region.difference(unary_union(taken))) if part.intersects(body)]
@@ -210,8 +218,11 @@ def pieces(region, segments, half_width, reaching=0.0):
     Returns the outlines of the pieces, each a list of (x, y): the corners of its convex hull, which have the same
     enclosing circle as the piece.
     """
-    return [hull(part) for part in parts(without(region, segments, half_width))
-            if part.area > SLIVER_AREA and diagonal(part) >= reaching]
+    return [
+        hull(part)
+        for part in parts(without(region, segments, half_width))
+        if part.area > SLIVER_AREA and diagonal(part) >= reaching
+    ]
 
 
 def diagonal(region):
@@ -260,7 +271,7 @@ def kerfs(paths, half_width, sagitta):
     corners, drawn = arc_corners(half_width, sagitta), []
     for path in paths:
         for first in range(0, max(len(path) - 1, 1), KERF_POINTS):
-            points = path[first:first + KERF_POINTS + 1]
+            points = path[first : first + KERF_POINTS + 1]
             drawn.append((LineString(points) if len(points) > 1 else Point(points[0])).buffer(half_width, corners))
     return unary_union(drawn)
 
@@ -291,7 +302,7 @@ def cells(region, size):
     columns, rows = (max(1, math.ceil((high - low) / size)) for low, high in ((low_x, high_x), (low_y, high_y)))
     found = []
     for row in range(rows):
-        for column in (range(columns) if row % 2 == 0 else range(columns - 1, -1, -1)):
+        for column in range(columns) if row % 2 == 0 else range(columns - 1, -1, -1):
             x, y = low_x + column * size, low_y + row * size
             found += large_parts(region.intersection(box(x, y, x + size, y + size)))
     return found

@@ -7,6 +7,7 @@ no cell size to choose, and one huge element among thousands of tiny ones costs 
 Queries of pairs descend level by level with whole arrays; the nearest
 element is found by components/offline/nearest_element.c.
 """
+
 import ctypes as C
 from dataclasses import dataclass
 
@@ -21,6 +22,7 @@ FAN = layout.TREE_FAN
 @dataclass(frozen=True, eq=False)
 class BoxTree:
     """levels: from the leaves up, each a pair of (m, 2) arrays low, high in mm."""
+
     levels: tuple
 
 
@@ -60,12 +62,22 @@ def near_points(tree, point, reach):
 
 
 def near_gaps(tree, e, point, reach):
-    """Distance (m,) mm from each of points (m, 2) to the nearest of Elements e, whose boxes are the leaves of the tree: exact if it
-    is below reach (m,) mm, else not below it, or inf."""
+    """Distance (m,) mm from each of points (m, 2) to the nearest of Elements e, whose boxes are the leaves of the tree:
+    exact if it is below reach (m,) mm, else not below it, or inf."""
     first = np.cumsum([0] + [len(low) for low, _ in tree.levels])
-    kept = [np.ascontiguousarray(a, float) for a in (
-        np.concatenate([low for low, _ in tree.levels]), np.concatenate([high for _, high in tree.levels]),
-        e.start, e.end, e.centre, e.radius, e.middle, e.cos_half)]
+    kept = [
+        np.ascontiguousarray(a, float)
+        for a in (
+            np.concatenate([low for low, _ in tree.levels]),
+            np.concatenate([high for _, high in tree.levels]),
+            e.start,
+            e.end,
+            e.centre,
+            e.radius,
+            e.middle,
+            e.cos_half,
+        )
+    ]
     kept.append(np.ascontiguousarray(e.is_arc, np.uint8))
     c_tree = layout.ElementTree(len(e), len(tree.levels), first.ctypes.data, *(a.ctypes.data for a in kept))
     point, reach, gap = np.ascontiguousarray(point, float), np.ascontiguousarray(reach, float), np.empty(len(point))
@@ -80,8 +92,12 @@ def pairs(tree, margin):
     for depth in range(len(tree.levels) - 1, -1, -1):
         low, high = tree.levels[depth]
         low, high = np.ascontiguousarray(low.T) - margin, np.ascontiguousarray(high.T)
-        hit = np.flatnonzero((low[0][a] <= high[0][b]) & (low[0][b] <= high[0][a])
-                             & (low[1][a] <= high[1][b]) & (low[1][b] <= high[1][a]))
+        hit = np.flatnonzero(
+            (low[0][a] <= high[0][b])
+            & (low[0][b] <= high[0][a])
+            & (low[1][a] <= high[1][b])
+            & (low[1][b] <= high[1][a])
+        )
         a, b = a[hit], b[hit]
         if depth:
             a, b = _child_pairs(a, b, len(tree.levels[depth - 1][0]))

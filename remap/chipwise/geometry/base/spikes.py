@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Where a chain runs back on itself: short spikes, and loops without an inside.
 
-Called by contour.py and loops.py.  A spike comes from an element that was drawn a little past its corner and back; it is
-dropped as a gap of its length is closed.
+Called by contour.py and loops.py.  A spike comes from an element that was drawn a little past its corner and back; it
+is dropped as a gap of its length is closed.
 """
+
 import math
 
 import numpy as np
@@ -18,13 +19,15 @@ SAME_MM = 1e-3
 
 
 def without(rows, length, close_mm):
-    """(mask (n,), start (n, 2), end (n, 2)): the rows of contour.py outside of any spike up to `close_mm` long, and their ends
-    at the corner where the spike begins; length (n,) mm."""
+    """(mask (n,), start (n, 2), end (n, 2)): the rows of contour.py outside of any spike up to `close_mm` long, and
+    their ends at the corner where the spike begins; length (n,) mm."""
     start, end, alive = rows.start.copy(), rows.end.copy(), np.arange(len(length))
     while len(alive) > 2:
         after = np.roll(alive, -1)
         first, last = _directions(rows, alive)
-        back = (np.einsum("ij,ij->i", last, np.roll(first, -1, axis=0)) < BACK) & _joined(start[after], end[alive], close_mm)
+        back = (np.einsum("ij,ij->i", last, np.roll(first, -1, axis=0)) < BACK) & _joined(
+            start[after], end[alive], close_mm
+        )
         short = length[alive] <= close_mm
         drop = back & short | np.roll(back, 1) & short
         if not drop.any() or drop.all():
@@ -53,7 +56,7 @@ def _directions(rows, alive):
         out = at - rows.centre[alive]
         tangent = np.stack((-out[:, 1] * turn, out[:, 0] * turn), axis=1)
         along = np.where(arc[:, None], tangent, chord)
-        found.append(along / np.maximum(np.hypot(along[:, 0], along[:, 1]), SHORT_MM ** 2)[:, None])
+        found.append(along / np.maximum(np.hypot(along[:, 0], along[:, 1]), SHORT_MM**2)[:, None])
     return found
 
 
@@ -87,4 +90,6 @@ def _is_straight(loop):
     a = loop[0].start
     b = max((part.end for part in loop), key=lambda p: math.dist(a, p))
     far = math.dist(a, b)
-    return far <= SHORT_MM or all(abs((b[0] - a[0]) * (p.end[1] - a[1]) - (b[1] - a[1]) * (p.end[0] - a[0])) <= SHORT_MM * far for p in loop)
+    return far <= SHORT_MM or all(
+        abs((b[0] - a[0]) * (p.end[1] - a[1]) - (b[1] - a[1]) * (p.end[0] - a[0])) <= SHORT_MM * far for p in loop
+    )

@@ -5,6 +5,7 @@ Read by all modules of this package and by nothing else.  The kernel works in do
 precision on coordinates up to about 10 m and radii up to about 100 m, where a distance
 is exact to some 1e-11 mm; every tolerance below stands well above that.
 """
+
 import math
 
 # Two points closer than this are one node.  Above the error of an intersection of

@@ -3,6 +3,7 @@
 
 Called by kernel.py for the rare points that no path runs through, and by inaccessible.py.
 """
+
 import numpy as np
 
 from chipwise.geometry.base import elements
@@ -50,5 +51,11 @@ def _short_arcs(e):
     t0, t1 = step / cut[index], (step + 1) / cut[index]
     start, end = elements.point_at(e, index, t0), elements.point_at(e, index, t1)
     start[step == 0], end[step == cut[index] - 1] = e.start, e.end
-    return Elements(start, end, e.centre[index], e.radius[index],
-                    e.start_angle[index] + t0 * e.sweep[index], e.sweep[index] / cut[index])
+    return Elements(
+        start,
+        end,
+        e.centre[index],
+        e.radius[index],
+        e.start_angle[index] + t0 * e.sweep[index],
+        e.sweep[index] / cut[index],
+    )

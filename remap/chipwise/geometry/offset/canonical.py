@@ -13,6 +13,7 @@ an offset to the left.
 Departure: the patent registers an arc of negative radius and deletes it later; here the
 radius keeps its sign in `radius` and the callers decide.
 """
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +29,7 @@ class Canonical:
     normal (n, 2) unit; distance (n,) mm; centre (n, 2) mm; radius (n,) mm; turn (n,)
     +1 counter-clockwise, -1 clockwise, 0 line.
     """
+
     normal: np.ndarray
     distance: np.ndarray
     centre: np.ndarray
@@ -46,6 +48,10 @@ def offset_right(form: Canonical, distance):
     """Forms moved to the right of travel by `distance` (mm, scalar or (n,)), to the left
     where it is negative.  A radius <= 0 says that the arc has vanished."""
     on_line = form.turn == 0.0
-    return Canonical(form.normal, np.where(on_line, form.distance + distance, form.distance),
-                     form.centre, np.where(on_line, 0.0, form.radius + form.turn * distance),
-                     form.turn)
+    return Canonical(
+        form.normal,
+        np.where(on_line, form.distance + distance, form.distance),
+        form.centre,
+        np.where(on_line, 0.0, form.radius + form.turn * distance),
+        form.turn,
+    )

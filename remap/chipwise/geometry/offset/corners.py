@@ -7,6 +7,7 @@ an arc goes, and both neighbours are extended to where their tangents meet.  Tha
 gap^2 / (8 radius) further from the corner, never nearer, and as little off the circle of
 a neighbouring arc; both stay below SLIGHT_CORNER_MM.
 """
+
 import numpy as np
 
 from chipwise.geometry.base import elements
@@ -42,17 +43,21 @@ def straightened(e: Elements):
     short = e.is_arc & (elements.lengths(e) < SHORT_ARC_MM)
     if not short.any():
         return e
-    return Elements(e.start, e.end, np.where(short[:, None], 0.0, e.centre),
-                    np.where(short, 0.0, e.radius), np.where(short, 0.0, e.start_angle),
-                    np.where(short, 0.0, e.sweep))
+    return Elements(
+        e.start,
+        e.end,
+        np.where(short[:, None], 0.0, e.centre),
+        np.where(short, 0.0, e.radius),
+        np.where(short, 0.0, e.start_angle),
+        np.where(short, 0.0, e.sweep),
+    )
 
 
 def _moved_ends(e, start, end):
     """Elements with their ends moved a little along themselves."""
     first, last = _angle(e.centre, e.start, start), _angle(e.centre, e.end, end)
     angle = e.start_angle + np.where(e.is_arc, first, 0.0)
-    return Elements(start, end, e.centre, e.radius, angle,
-                    e.sweep + np.where(e.is_arc, last - first, 0.0))
+    return Elements(start, end, e.centre, e.radius, angle, e.sweep + np.where(e.is_arc, last - first, 0.0))
 
 
 def _angle(centre, old, new):

@@ -6,6 +6,7 @@ alternate.  A region's edge runs along a gap, then back along the tool's edge at
 whose far foot ends that gap, along the next gap, and so on until it closes: one gap for a
 corner too tight, two for a neck between two paths, more for a hub of several necks.
 """
+
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +22,7 @@ from chipwise.geometry.offset.touch import corner_arcs, segments as segments_of
 class InaccessibleSegment:
     """Finish elements that no path touches and no tool edge closes: at the ends of an open
     contour, or beyond the end of an open path."""
+
     elements: Elements
     lines: tuple
 
@@ -30,6 +32,7 @@ class _Segments:
     """s segments: first, last (s,) int path elements; before, after (s,) int segment on
     the other side of the corner at its start and end, -1 without one; along (s,)
     int the next segment along the contour, -1 at an open end; gap (s,) mm up to it."""
+
     first: np.ndarray
     last: np.ndarray
     before: np.ndarray
@@ -46,13 +49,11 @@ def inaccessible(finish, touch, paths, side, radius):
     gaps, gap_of = _gap_segments(finish, touch, segment)
     corner = touch_corners(touch, segment)
     edges = elements.reverse(corner_arcs(finish, touch, corner, side, radius))
-    edge_of = {int(s): len(corner) - 1 - k for k, s in enumerate(
-        np.flatnonzero(segment.after >= 0))}
+    edge_of = {int(s): len(corner) - 1 - k for k, s in enumerate(np.flatnonzero(segment.after >= 0))}
     found, loose = _cycles(segment)
     everything = elements.join((gaps[0], edges))
     size = len(gaps[0])
-    result = _regions(finish, everything, gaps[1], gap_of, edge_of, size, found, paths,
-                      side, radius)
+    result = _regions(finish, everything, gaps[1], gap_of, edge_of, size, found, paths, side, radius)
     result += _loose(finish, everything, gaps[1], gap_of, loose)
     result += _leading(finish, touch, segment)
     return _with_untouched(finish, touch, side, result)
@@ -94,8 +95,7 @@ def _end_of(touch, starts, number):
     """Segment number whose end is reached from each start (k,)."""
     ends = np.flatnonzero(number >= 0)
     position = np.searchsorted(ends, starts)
-    beyond = (position == len(ends)) | (touch.path[ends[np.minimum(position, len(ends) - 1)]]
-                                     != touch.path[starts])
+    beyond = (position == len(ends)) | (touch.path[ends[np.minimum(position, len(ends) - 1)]] != touch.path[starts])
     lowest = np.searchsorted(touch.path[ends], touch.path[starts])
     return np.where(beyond, lowest, position)
 
@@ -127,8 +127,7 @@ def _next_along(finish, touch, begin, at, size):
     closed = finish.closed[ring[last]]
     along[last] = np.where(closed, order[head], -1)
     target = at[along]
-    target[last] = np.where(closed, at[order[head]] + finish.total[ring[last]],
-                            finish.total[ring[last]])
+    target[last] = np.where(closed, at[order[head]] + finish.total[ring[last]], finish.total[ring[last]])
     return along, target - at - size
 
 
@@ -184,8 +183,10 @@ def _regions(finish, everything, source, gap_of, edge_of, size, found, paths, si
             index += range(*gap_of[s])
             index.append(size + edge_of[onward])
         (members if len(chain) == 1 else necks).append(index)
-    result = [InaccessibleRegion(-side * area, _lines(line, index), everything, np.array(index))
-              for index, area in zip(members, areas(everything, members))]
+    result = [
+        InaccessibleRegion(-side * area, _lines(line, index), everything, np.array(index))
+        for index, area in zip(members, areas(everything, members))
+    ]
     for index in necks:
         rows = [line[k] if k < size else None for k in index]
         result += disentangled(elements.take(everything, index), rows, paths, side, radius)
@@ -205,8 +206,7 @@ def _loose(finish, everything, source, gap_of, loose):
             index = np.arange(*gap_of[s])
             if len(index):
                 lines = finish.line[source[index]]
-                result.append(InaccessibleSegment(elements.take(everything, index),
-                                                 tuple(sorted(set(lines.tolist())))))
+                result.append(InaccessibleSegment(elements.take(everything, index), tuple(sorted(set(lines.tolist())))))
     return result
 
 
@@ -223,8 +223,7 @@ def _leading(finish, touch, segment):
         real = t1 * finish.length[chain] > SAME_FOOT_MM
         if real.any():
             lines = tuple(sorted(set(finish.line[chain[real]].tolist())))
-            result.append(InaccessibleSegment(segments_of(finish, chain[real], 0.0 * t1[real], t1[real]),
-                                             lines))
+            result.append(InaccessibleSegment(segments_of(finish, chain[real], 0.0 * t1[real], t1[real]), lines))
     return result
 
 
@@ -240,8 +239,7 @@ def _with_untouched(finish, touch, side, found):
         if not finish.closed[ring]:
             result.append(InaccessibleSegment(chain, lines))
         elif -side * elements.area(chain) > 0.0:
-            result.append(InaccessibleRegion(-side * elements.area(chain), lines, chain,
-                                            np.arange(len(chain))))
+            result.append(InaccessibleRegion(-side * elements.area(chain), lines, chain, np.arange(len(chain))))
         else:
             islands.append((chain, lines))
     for chain, lines in islands:
@@ -251,8 +249,11 @@ def _with_untouched(finish, touch, side, found):
 
 def _pierced(region, island, lines):
     """The region with a hole where it holds the island."""
-    if isinstance(region, InaccessibleSegment) \
-            or winding.numbers(region.boundary, island.start[:1])[0] == 0:
+    if isinstance(region, InaccessibleSegment) or winding.numbers(region.boundary, island.start[:1])[0] == 0:
         return region
-    return replace(region, area=region.area - abs(elements.area(island)),
-                   lines=tuple(sorted({*region.lines, *lines})), holes=(*region.holes, island))
+    return replace(
+        region,
+        area=region.area - abs(elements.area(island)),
+        lines=tuple(sorted({*region.lines, *lines})),
+        holes=(*region.holes, island),
+    )

@@ -9,6 +9,7 @@ Departure: the patent finds what to delete by the direction of each element; her
 offset is cut wherever it meets itself, and every slice is judged against the whole
 contour.  docs/design/geometry.md says why that finds everything.
 """
+
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -42,6 +43,7 @@ class OffsetResult:
     InaccessibleSegment; loose: number of slice runs with a dead end (0 unless rounding
     defeated the kernel; their motion is left out).
     """
+
     contours: tuple
     side: int
     radius: float
@@ -98,6 +100,7 @@ class Pocket:
     lie outside the boundary or within one another, so that being clear of all of them does
     not yet mean being in the free area.
     """
+
     contours: tuple
     clearance_check: ClearanceCheck
     chain: Chain
@@ -130,8 +133,7 @@ def pocket_ring(pocket, distance):
 def _checked(radius):
     radius = float(radius)
     if not np.isfinite(radius) or radius <= 0.0:
-        raise ValueError(f"offset {radius} mm is not a number larger than 0; use the tool radius "
-                         "plus the allowance")
+        raise ValueError(f"offset {radius} mm is not a number larger than 0; use the tool radius plus the allowance")
     return radius
 
 
@@ -141,9 +143,16 @@ def refuse_open(contour):
         first, last = contour.line[0], contour.line[-1]
         e = contour.elements
         (x, y), gap = e.start[0].tolist(), float(np.hypot(*(e.end[-1] - e.start[0])))
-        raise ContourError("not connected", (last, first), f"a pocket outline is open: line {last}"
-                           f" ends {{gap}} from where line {first} starts; end it at X{{x}} Y{{y}}",
-                           (x, y), gap=gap, x=x, y=y)
+        raise ContourError(
+            "not connected",
+            (last, first),
+            f"a pocket outline is open: line {last}"
+            f" ends {{gap}} from where line {first} starts; end it at X{{x}} Y{{y}}",
+            (x, y),
+            gap=gap,
+            x=x,
+            y=y,
+        )
 
 
 def _turned(contour, ccw):
@@ -172,9 +181,14 @@ def _refuse_misplaced(loops):
             if m != k and inside != (m == 0):
                 line, about = island.line[0], other.line[0]
                 where = "outside the boundary" if m == 0 else "within the island"
-                raise ContourError("misplaced island", (line, about), f"the island of line {line} "
-                                   f"lies {where} of line {about}; place islands side by side "
-                                   "within the boundary", tuple(point[0]))
+                raise ContourError(
+                    "misplaced island",
+                    (line, about),
+                    f"the island of line {line} "
+                    f"lies {where} of line {about}; place islands side by side "
+                    "within the boundary",
+                    tuple(point[0]),
+                )
 
 
 def _offset(contours, side, radius, pocket=None):
@@ -184,8 +198,9 @@ def _offset(contours, side, radius, pocket=None):
     if pocket:
         raw = afloat(pocket.sunk, clearance_check, chain, raw, radius)
     if not len(raw.elements):
-        return OffsetResult(contours, side, radius,
-                            _point_contacts(contours, clearance_check, raw.point_contacts, side, radius), 0)
+        return OffsetResult(
+            contours, side, radius, _point_contacts(contours, clearance_check, raw.point_contacts, side, radius), 0
+        )
     every = slicing.cut(raw)
     kept, depth = slicing.keep_clear(clearance_check, chain, raw, every, radius)
     if pocket and pocket.meeting:
@@ -243,5 +258,7 @@ def _point_contacts(contours, clearance_check, point, side, radius, paths=()):
         if not any(np.min(np.hypot(*(e - p).T)) <= POINT_CONTACT_MM for e in taken):
             fresh.append(p)
             taken.append(p[None])
-    return tuple(point_contact(clearance_check.finish, p, radius, side)
-                 for p in _on_side(contours, side, np.array(fresh).reshape(-1, 2)))
+    return tuple(
+        point_contact(clearance_check.finish, p, radius, side)
+        for p in _on_side(contours, side, np.array(fresh).reshape(-1, 2))
+    )

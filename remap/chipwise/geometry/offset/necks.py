@@ -6,6 +6,7 @@ the tool reaches into the neck from one side beyond where it came from the other
 region then falls into parts.  Its edges are cut where they cross, what the tool covers from
 anywhere on its paths is dropped, and the rest is chained again.
 """
+
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -27,6 +28,7 @@ class InaccessibleRegion:
     of Elements, made when asked for from `index` into `pool`, which all regions share;
     holes: islands of a pocket inside the region, chains of Elements.
     """
+
     area: float
     lines: tuple
     pool: Elements = field(repr=False)
@@ -45,8 +47,9 @@ def areas(everything, members):
     index = np.concatenate([np.array(m, int) for m in members])
     first = np.cumsum([0] + [len(m) for m in members[:-1]])
     origin = np.repeat(everything.start[index[first]], [len(m) for m in members], axis=0)
-    part = 0.5 * cross(everything.start[index] - origin, everything.end[index] - origin) \
-        + arcs.segment_area(everything.radius[index], everything.sweep[index])
+    part = 0.5 * cross(everything.start[index] - origin, everything.end[index] - origin) + arcs.segment_area(
+        everything.radius[index], everything.sweep[index]
+    )
     return np.add.reduceat(part, first).tolist()
 
 
@@ -60,9 +63,12 @@ def disentangled(loop, lines, paths, side, radius):
         clear = ~edge[origin] | ~_covered(cut, paths, radius)
         cut, origin = elements.take(cut, clear), origin[clear]
     chains = _chained(cut)
-    return [InaccessibleRegion(-side * area, tuple(sorted({lines[origin[k]] for k in chain}
-                                                         - {None})), cut, np.array(chain))
-            for chain, area in zip(chains, areas(cut, chains))]
+    return [
+        InaccessibleRegion(
+            -side * area, tuple(sorted({lines[origin[k]] for k in chain} - {None})), cut, np.array(chain)
+        )
+        for chain, area in zip(chains, areas(cut, chains))
+    ]
 
 
 def _cut(loop, edges):
@@ -77,12 +83,16 @@ def _cut(loop, edges):
     point = np.concatenate((loop.start, loop.end, met.point, met.point))
     order = np.lexsort((t, owner))
     owner, t, point = owner[order], t[order], point[order]
-    here = np.flatnonzero((owner[1:] == owner[:-1])
-                          & ((t[1:] - t[:-1]) * length[owner[1:]] > NODE_MM))
+    here = np.flatnonzero((owner[1:] == owner[:-1]) & ((t[1:] - t[:-1]) * length[owner[1:]] > NODE_MM))
     index, t0, t1 = owner[here], t[here], t[here + 1]
-    return Elements(point[here], point[here + 1], loop.centre[index], loop.radius[index],
-                    loop.start_angle[index] + t0 * loop.sweep[index],
-                    loop.sweep[index] * (t1 - t0)), index
+    return Elements(
+        point[here],
+        point[here + 1],
+        loop.centre[index],
+        loop.radius[index],
+        loop.start_angle[index] + t0 * loop.sweep[index],
+        loop.sweep[index] * (t1 - t0),
+    ), index
 
 
 def _covered(e, paths, radius):
@@ -90,8 +100,7 @@ def _covered(e, paths, radius):
     every = elements.join([path.elements for path in paths])
     count = len(every)
     middle = elements.point_at(e, np.arange(len(e)), np.full(len(e), 0.5))
-    gap = elements.distances(every, np.tile(np.arange(count), len(e)),
-                             np.repeat(middle, count, axis=0))
+    gap = elements.distances(every, np.tile(np.arange(count), len(e)), np.repeat(middle, count, axis=0))
     return gap.reshape(len(e), count).min(axis=1) < radius - 2.0 * NODE_MM
 
 

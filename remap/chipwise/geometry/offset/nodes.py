@@ -3,6 +3,7 @@
 
 Called by slices.py.
 """
+
 import numpy as np
 
 from chipwise.geometry.base.tolerances import NODE_MM

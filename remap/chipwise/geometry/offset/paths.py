@@ -5,6 +5,7 @@ Called by kernel.py; read by the cycles.  Path elements keep the parameters of t
 element they run along, so that rough shape and inaccessible regions follow without any
 further intersection.
 """
+
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -17,6 +18,7 @@ from chipwise.geometry.offset.corners import absorbed, straightened
 from chipwise.geometry.offset.raw import CORNER, ELEMENT, SHRUNK, Raw
 from chipwise.geometry.base.tolerances import NEAR_MM, SHORT_MM
 
+
 @dataclass(frozen=True, eq=False)
 class Feet:
     """Where the tool touches the finish shape along k path elements.
@@ -24,6 +26,7 @@ class Feet:
     finish (k,) int: finish element; t0, t1 (k,): its parameters under the start and the
     end of the path element.  A rolling arc touches the end of `finish`: t0 = t1 = 1.
     """
+
     finish: np.ndarray
     t0: np.ndarray
     t1: np.ndarray
@@ -32,6 +35,7 @@ class Feet:
 @dataclass(frozen=True, eq=False)
 class ClosedPath:
     """A tool centre path that returns to its start."""
+
     elements: Elements
     feet: Feet
     closed: ClassVar[bool] = True
@@ -40,6 +44,7 @@ class ClosedPath:
 @dataclass(frozen=True, eq=False)
 class OpenPath:
     """A tool centre path with two ends, along an open contour."""
+
     elements: Elements
     feet: Feet
     closed: ClassVar[bool] = False
@@ -48,6 +53,7 @@ class OpenPath:
 @dataclass(frozen=True, eq=False)
 class PointContact:
     """The tool fits in exactly one position: elements of no length, one per touching foot."""
+
     elements: Elements
     feet: Feet
     closed: ClassVar[bool] = True
@@ -75,7 +81,7 @@ def chains_to_paths(chain, raw, slices, stitched):
             for a, b in zip(edges[::2], edges[1::2]):
                 made.append(_path(OpenPath, chain, raw, slices, loop[a:b]))
     made = [path for path in made if path is not None]
-    return sorted(made, key=lambda p: (p.feet.finish[0] + p.feet.t0[0]))
+    return sorted(made, key=lambda p: p.feet.finish[0] + p.feet.t0[0])
 
 
 def point_contact(finish: Elements, point, radius, side):
@@ -83,7 +89,7 @@ def point_contact(finish: Elements, point, radius, side):
     index = np.arange(len(finish))
     at = np.repeat(point[None], len(finish), axis=0)
     index = index[elements.distances(finish, index, at) <= radius + NEAR_MM]
-    at = at[:len(index)]
+    at = at[: len(index)]
     t = np.clip(parameters(finish, index, at), 0.0, 1.0)
     around = finish.is_arc[index] & (np.hypot(*(finish.centre[index] - at).T) <= NEAR_MM)
     foot = elements.point_at(finish, index, np.where(around, 0.5, t)) - at
@@ -102,8 +108,7 @@ def _rotated(loop, slices):
 
 def _path(kind, chain, raw, slices, members):
     """Path of a chain of slices (indices), neighbours on the same raw element merged."""
-    same = (slices.raw[members[1:]] == slices.raw[members[:-1]]) \
-        & (slices.t0[members[1:]] == slices.t1[members[:-1]])
+    same = (slices.raw[members[1:]] == slices.raw[members[:-1]]) & (slices.t0[members[1:]] == slices.t1[members[:-1]])
     first = np.flatnonzero(np.concatenate(([True], ~same)))
     last = np.append(first[1:], len(members)) - 1
     index, t0, t1 = slices.raw[members[first]], slices.t0[members[first]], slices.t1[members[last]]
@@ -115,8 +120,14 @@ def _path(kind, chain, raw, slices, members):
     if not len(index):
         return None
     sweep = e.sweep[index] * (t1 - t0)
-    made = Elements(slices.point[node0], slices.point[node1], e.centre[index], e.radius[index],
-                    e.start_angle[index] + t0 * e.sweep[index], sweep)
+    made = Elements(
+        slices.point[node0],
+        slices.point[node1],
+        e.centre[index],
+        e.radius[index],
+        e.start_angle[index] + t0 * e.sweep[index],
+        sweep,
+    )
     made, kept = absorbed(made, _between_own(chain, raw, index), kind.closed)
     return kind(straightened(made), _feet(chain, raw, index[kept], t0[kept], t1[kept]))
 
@@ -126,13 +137,17 @@ def _between_own(chain, raw, index):
     after it."""
     source, element = raw.source[index], raw.kind[index] == ELEMENT
     before, after = np.roll(index, 1), np.roll(index, -1)
-    return (raw.kind[index] == CORNER) & np.roll(element, 1) & np.roll(element, -1) \
-        & (raw.source[before] == source) & (raw.source[after] == chain.following[source])
+    return (
+        (raw.kind[index] == CORNER)
+        & np.roll(element, 1)
+        & np.roll(element, -1)
+        & (raw.source[before] == source)
+        & (raw.source[after] == chain.following[source])
+    )
 
 
 def _feet(chain, raw: Raw, index, t0, t1):
     """Feet of pieces t0..t1 of raw elements; backward pieces never get here."""
     kind = raw.kind[index]
     along = (kind == ELEMENT) | (kind == SHRUNK)
-    return Feet(chain.finish[raw.source[index]], np.where(along, t0, 1.0),
-                np.where(along, t1, 1.0))
+    return Feet(chain.finish[raw.source[index]], np.where(along, t0, 1.0), np.where(along, t1, 1.0))

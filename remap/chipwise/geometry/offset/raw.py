@@ -13,6 +13,7 @@ An open contour is offset as the closed, flat loop there and back again: forward
 wanted side, half a circle about the end, backward on the other side, half a circle about
 the start.  The parts that belong to the wanted side are marked `forward`.
 """
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,6 +36,7 @@ class Chain:
     finish (n,) int: index of the finish element each is or goes back over; forward (n,)
     bool; cap (n,) bool: the joint after this element is an end of an open contour.
     """
+
     elements: Elements
     following: np.ndarray
     finish: np.ndarray
@@ -51,6 +53,7 @@ class Raw:
     source (k,) int: index into the chain; points (m, 2) mm: centres of arcs whose radius
     is the tool radius exactly.
     """
+
     elements: Elements
     kind: np.ndarray
     source: np.ndarray
@@ -79,8 +82,7 @@ def make_chain(contours):
             ends[[n - 1, m - 1]] = True
         cap.append(ends)
         first, first_finish = first + m, first_finish + n
-    return Chain(elements.join(parts), *(np.concatenate(p) for p in
-                                         (following, finish, forward, cap)))
+    return Chain(elements.join(parts), *(np.concatenate(p) for p in (following, finish, forward, cap)))
 
 
 def raw_offset(chain, side, radius):
@@ -95,8 +97,12 @@ def raw_offset(chain, side, radius):
     kind = np.concatenate([np.full(len(part[2]), part[1]) for part in parts])
     order = np.lexsort((kind != ELEMENT, source))
     point = np.abs(e.radius + np.sign(e.sweep) * side * radius) <= NODE_MM
-    return Raw(elements.take(elements.join([part[0] for part in parts]), order), kind[order],
-               source[order], e.centre[e.is_arc & point])
+    return Raw(
+        elements.take(elements.join([part[0] for part in parts]), order),
+        kind[order],
+        source[order],
+        e.centre[e.is_arc & point],
+    )
 
 
 def _moved(e, distance):
@@ -121,8 +127,9 @@ def _joints(chain, moved, side, radius):
     wide = np.hypot(gap[:, 0], gap[:, 1]) > 0.5 * NODE_MM
     roll = np.flatnonzero((side * turn > 0.0) & (wide | chain.cap))
     vertex = e.end[roll]
-    corners = elements.make_arcs(moved.end[roll], moved.start[after[roll]], vertex,
-                                 np.full(len(roll), radius), turn[roll])
+    corners = elements.make_arcs(
+        moved.end[roll], moved.start[after[roll]], vertex, np.full(len(roll), radius), turn[roll]
+    )
     slight = here[(side * turn <= 0.0) & wide]
     return (corners, CORNER, roll), _links(moved.end, moved.start[after], slight, radius)
 

@@ -7,6 +7,7 @@ both neighbours to their intersection, beyond what the tool can cut and into the
 shape (Fig. 6); here the tool's own edge, an arc of its radius, closes the corner.
 Offsetting the rough shape by the radius gives the centre path again.
 """
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,7 @@ from chipwise.geometry.offset.touch import corner_arcs, segments
 @dataclass(frozen=True, eq=False)
 class RoughShape:
     """One connected edge that the tool leaves; elements run like the centre path."""
+
     elements: Elements
     closed: bool
 
@@ -37,8 +39,7 @@ def rough_shapes(finish, touch, paths, side, radius):
     path = touch.path[key[order] // 2]
     everything = elements.join((along, edge))
     made = [elements.take(everything, order[path == k]) for k in range(len(paths))]
-    return [RoughShape(_watertight(e, path.closed), path.closed)
-            for e, path in zip(made, paths)]
+    return [RoughShape(_watertight(e, path.closed), path.closed) for e, path in zip(made, paths)]
 
 
 def _watertight(e, closed):

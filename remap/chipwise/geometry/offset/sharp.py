@@ -6,6 +6,7 @@ workpiece's corner.  Departure from common practice (which extends without askin
 corner stays round where its tip would come nearer than the radius to any part of the
 contour, or would meet another part of the path, or would lie further out than TIP tool radii.
 """
+
 from dataclasses import replace
 
 import numpy as np
@@ -25,8 +26,7 @@ TIP = 2.0
 
 def sharpen(paths, clearance_check, side, radius):
     """Paths with rolling arcs replaced by tangents where that is safe."""
-    return tuple(p if isinstance(p, PointContact) else _sharpened(p, clearance_check, side, radius)
-                 for p in paths)
+    return tuple(p if isinstance(p, PointContact) else _sharpened(p, clearance_check, side, radius) for p in paths)
 
 
 def _tips(path, side, radius):
@@ -36,9 +36,15 @@ def _tips(path, side, radius):
     every = np.arange(len(e))
     into, out = (elements.tangent_at(e, every, np.full(len(e), t)) for t in (0.0, 1.0))
     smooth = dot(into, np.roll(out, 1, axis=0)) > COLLINEAR
-    corner = (feet.t0 == 1.0) & (feet.t1 == 1.0) & e.is_arc & (side * turn > CUSP_RAD) \
-        & (np.abs(turn) <= 2.0 * np.arccos(1.0 / TIP) + ANGLE_RAD) \
-        & smooth & np.roll(smooth, -1)
+    corner = (
+        (feet.t0 == 1.0)
+        & (feet.t1 == 1.0)
+        & e.is_arc
+        & (side * turn > CUSP_RAD)
+        & (np.abs(turn) <= 2.0 * np.arccos(1.0 / TIP) + ANGLE_RAD)
+        & smooth
+        & np.roll(smooth, -1)
+    )
     index = np.flatnonzero(corner)
     reach = radius / np.cos(0.5 * turn[index])
     return index, e.centre[index] + e.middle[index] * reach[:, None]
@@ -50,15 +56,16 @@ def _safe(path, index, tip, clearance_check, radius):
     ok = clear_lines(clearance_check, e.start[index], tip, radius)
     ok &= clear_lines(clearance_check, tip, e.end[index], radius)
     n, k = len(e), len(index)
-    extended = elements.join((e, elements.make_lines(e.start[index], tip),
-                          elements.make_lines(tip, e.end[index])))
+    extended = elements.join((e, elements.make_lines(e.start[index], tip), elements.make_lines(tip, e.end[index])))
     a, b = search.pairs(search.build(*elements.boxes(extended)), NODE_MM)
     met = meetings(extended, elements.lengths(extended), a[b >= n], b[b >= n])
     for other, line, point in ((met.a, met.b, met.point), (met.b, met.a, met.point)):
         real = np.flatnonzero(line >= n)
         which, point, other = (line[real] - n) % k, point[real], other[real]
-        own = np.minimum(np.hypot(*(point - e.start[index[which]]).T),
-                         np.hypot(*(point - e.end[index[which]]).T)) <= 2.0 * NODE_MM
+        own = (
+            np.minimum(np.hypot(*(point - e.start[index[which]]).T), np.hypot(*(point - e.end[index[which]]).T))
+            <= 2.0 * NODE_MM
+        )
         sister = (other >= n) & ((other - n) % k == which)
         ok[which[~own & ~sister]] = False
     return ok
@@ -74,8 +81,7 @@ def _sharpened(path, clearance_check, side, radius):
         return path
     e, feet, n = path.elements, path.feet, len(path.elements)
     rest = np.setdiff1d(np.arange(n), index)
-    first, second = (elements.make_lines(a, b) for a, b in ((e.start[index], tip),
-                                                            (tip, e.end[index])))
+    first, second = (elements.make_lines(a, b) for a, b in ((e.start[index], tip), (tip, e.end[index])))
     key = np.concatenate((2 * rest, 2 * index, 2 * index + 1))
     order = np.argsort(key)
     made = elements.take(elements.join((elements.take(e, rest), first, second)), order)
@@ -100,5 +106,6 @@ def _merged(e: Elements, old, along_finish, closed):
     position = np.where(np.roll(along_finish, -shift), np.arange(len(e)), len(e))
     chosen = np.minimum.reduceat(position, first)
     kept = elements.take(e, first)
-    return Elements(kept.start, e.end[last], kept.centre, kept.radius, kept.start_angle,
-                    kept.sweep), old[np.where(chosen < len(e), chosen, first)]
+    return Elements(kept.start, e.end[last], kept.centre, kept.radius, kept.start_angle, kept.sweep), old[
+        np.where(chosen < len(e), chosen, first)
+    ]

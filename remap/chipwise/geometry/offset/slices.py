@@ -6,6 +6,7 @@ line widened by the tool radius or wholly inside it, because the edge of the wid
 is made of raw offset elements.  So a few points of a slice decide, judged against the
 whole contour.
 """
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +28,7 @@ class Slices:
     raw (m,) int; t0, t1 (m,) parameters on it; node0, node1 (m,) int node numbers; point
     (k, 2) mm: the nodes.
     """
+
     raw: np.ndarray
     t0: np.ndarray
     t1: np.ndarray
@@ -43,10 +45,10 @@ def cut(raw):
     index = np.arange(count)
     where = np.concatenate((e.start, e.end, met.point))
     number, point = nodes.number(where)
-    at_meeting = number[2 * count:]
+    at_meeting = number[2 * count :]
     owner = np.concatenate((index, index, met.a, met.b))
     t = np.concatenate((np.zeros(count), np.ones(count), met.t_a, met.t_b))
-    node = np.concatenate((number[:2 * count], at_meeting, at_meeting))
+    node = np.concatenate((number[: 2 * count], at_meeting, at_meeting))
     order = np.lexsort((t, owner))
     owner, t, node = owner[order], t[order], node[order]
     here = np.flatnonzero(owner[1:] == owner[:-1])
@@ -57,8 +59,9 @@ def cut(raw):
 
 def take(slices, index):
     """The slices at index, nodes unchanged."""
-    return Slices(slices.raw[index], slices.t0[index], slices.t1[index], slices.node0[index],
-                  slices.node1[index], slices.point)
+    return Slices(
+        slices.raw[index], slices.t0[index], slices.t1[index], slices.node0[index], slices.node1[index], slices.point
+    )
 
 
 def _at(raw, slices, share):

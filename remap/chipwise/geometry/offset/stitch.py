@@ -6,6 +6,7 @@ Called by kernel.py.  Nearly every node has one slice in and one out.  Where sev
 the turn that keeps the path on the tool's side, so that a path which touches itself
 comes out as separate loops and no slice is used twice.
 """
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,7 @@ from chipwise.geometry.base.tolerances import ANGLE_RAD, LOOSE_MM, STRONG_MM, sl
 class Stitched:
     """loops: lists of slice indices in travel order; loose: the same for runs with a dead
     end that hold clear slices longer than LOOSE_MM, which only rounding can leave behind."""
+
     loops: list
     loose: list
 
@@ -28,6 +30,7 @@ class _Branches:
     """What the walk needs to choose: per slice the directions it leaves and arrives in
     (rad), its curvatures (1/mm, left positive), whether it is clear beyond doubt, and
     whether it only closes a gap."""
+
     leave: list
     arrive: list
     bend: list
@@ -62,7 +65,7 @@ def _walk(first, outs, to_node, used, ends, side):
     """Slices from `first` on until it comes round, or to a dead end."""
     chain, here = [first], first
     used.add(first)
-    while True:                                   # every step uses up a slice
+    while True:  # every step uses up a slice
         choice = [k for k in outs.get(to_node[here], ()) if k not in used or k == first]
         if not choice:
             return chain, False
@@ -76,12 +79,14 @@ def _walk(first, outs, to_node, used, ends, side):
 def _choose(here, choice, ends, side):
     """The slice that turns furthest to the tool's side; gap closers, doubtful and backward
     ones last."""
+
     def rank(k):
         turn = (ends.leave[k] - ends.arrive[here]) / (2.0 * np.pi)
         turn = 2.0 * np.pi * (turn - round(turn))
         back = abs(turn) > np.pi - ANGLE_RAD
         level = round(-side * turn / ANGLE_RAD)
         return (not ends.link[k], ends.strong[k], not back, level, -side * ends.bend[k])
+
     return max(choice, key=rank)
 
 
@@ -89,10 +94,13 @@ def _ends(raw, slices, depth):
     e = raw.elements
     leave = elements.tangent_at(e, slices.raw, slices.t0)
     arrive = elements.tangent_at(e, slices.raw, slices.t1)
-    return _Branches(np.arctan2(leave[:, 1], leave[:, 0]).tolist(),
-                     np.arctan2(arrive[:, 1], arrive[:, 0]).tolist(),
-                     elements.curvatures(e)[slices.raw].tolist(), (depth <= STRONG_MM).tolist(),
-                     (raw.kind[slices.raw] >= LINK).tolist())
+    return _Branches(
+        np.arctan2(leave[:, 1], leave[:, 0]).tolist(),
+        np.arctan2(arrive[:, 1], arrive[:, 0]).tolist(),
+        elements.curvatures(e)[slices.raw].tolist(),
+        (depth <= STRONG_MM).tolist(),
+        (raw.kind[slices.raw] >= LINK).tolist(),
+    )
 
 
 def _without_dead_ends(slices, depth):
@@ -118,7 +126,5 @@ def _without_slivers(loops, raw, slices, radius):
     tiny = 4.0 * slight_corner_gap(radius)
     if not any(t < tiny for t in total):
         return loops
-    others = set(int(n) for loop, t in zip(loops, total) if t >= tiny
-                 for n in slices.node0[loop])
-    return [loop for loop, t in zip(loops, total)
-            if t >= tiny or not others.intersection(slices.node0[loop].tolist())]
+    others = set(int(n) for loop, t in zip(loops, total) if t >= tiny for n in slices.node0[loop])
+    return [loop for loop, t in zip(loops, total) if t >= tiny or not others.intersection(slices.node0[loop].tolist())]

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Raw offset elements that lie within the widened contour all along: gone before the raw offset is cut.
 
-Called by kernel.py for the rings of a pocket.  Of a wall of thousands of elements few reach the inner rings; what is sunk
-at one ring is at every further one, because its foot stays where it is and the tool only goes further from it.  The
-result is the same without: no slice of them is clear, and they lie too deep to share a node with one that is.
+Called by kernel.py for the rings of a pocket.  Of a wall of thousands of elements few reach the inner rings; what is
+sunk at one ring is at every further one, because its foot stays where it is and the tool only goes further from it.
+The result is the same without: no slice of them is clear, and they lie too deep to share a node with one that is.
 """
+
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,7 +14,8 @@ from chipwise.geometry.base import elements
 from chipwise.geometry.base.clearance import gouge_depths, gouge_depths_beside
 from chipwise.geometry.offset.raw import CORNER, ELEMENT, Raw
 
-# An element is sunk if the tool's edge would be deeper than this wherever its centre is on it. mm; a thousand nodes wide
+# An element is sunk if the tool's edge would be deeper than this wherever its centre is on it. mm; a thousand nodes
+# wide
 MARGIN_MM = 1e-4
 
 # A raw offset of fewer elements is cut whole: a matter of speed only.
@@ -23,6 +25,7 @@ FEWEST = 1000
 @dataclass(eq=False)
 class Sunk:
     """What is known to be sunk: (distance mm, (n, 2) bool by source: its ELEMENT, its CORNER)."""
+
     known: list = field(default_factory=list)
 
     def at(self, count, distance):

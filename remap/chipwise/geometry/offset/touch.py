@@ -5,6 +5,7 @@ Called by rough.py and inaccessible.py.  A segment is a piece of the finish shap
 tool touches without a break; between two segments the tool stands at an inner corner of
 its path, and its own edge, an arc of the tool radius, spans from one to the other.
 """
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,11 +15,13 @@ from chipwise.geometry.base.elements import Elements
 from chipwise.geometry.base.lines import cross, dot
 from chipwise.geometry.base.tolerances import BACK_MM, CUSP_RAD, SAME_FOOT_MM
 
+
 @dataclass(frozen=True, eq=False)
 class Finish:
     """All finish elements of a call: elements; first, count (c,) int per contour; owner (n,)
     int contour of each; upto (n,) mm length of contour before each; length (n,) mm; total
     (c,) mm; closed (c,) bool; line (n,) int."""
+
     elements: Elements
     first: np.ndarray
     count: np.ndarray
@@ -39,6 +42,7 @@ class Touch:
     the contour from its last foot to the next one's first, unless there is a corner;
     point (m, 2) mm end of the element, the tool centre at that corner.
     """
+
     path: np.ndarray
     finish: np.ndarray
     t0: np.ndarray
@@ -54,27 +58,31 @@ def make_finish(contours):
     count = np.array([len(c.elements) for c in contours])
     length = np.concatenate([c.length for c in contours])
     upto = np.concatenate([np.cumsum(c.length) - c.length for c in contours])
-    return Finish(elements.join([c.elements for c in contours]), np.cumsum(count) - count, count,
-                  np.repeat(np.arange(len(contours)), count), upto, length,
-                  np.array([c.length.sum() for c in contours]),
-                  np.array([c.closed for c in contours]),
-                  np.concatenate([c.line for c in contours]))
+    return Finish(
+        elements.join([c.elements for c in contours]),
+        np.cumsum(count) - count,
+        count,
+        np.repeat(np.arange(len(contours)), count),
+        upto,
+        length,
+        np.array([c.length.sum() for c in contours]),
+        np.array([c.closed for c in contours]),
+        np.concatenate([c.line for c in contours]),
+    )
 
 
 def make_touch(finish, paths):
     """Touch of all paths."""
     if not len(paths):
         none = np.zeros(0, int)
-        return Touch(none, none, none * 1.0, none * 1.0, none, none > 0, none * 1.0,
-                     np.zeros((0, 2)))
+        return Touch(none, none, none * 1.0, none * 1.0, none, none > 0, none * 1.0, np.zeros((0, 2)))
     size = [len(p.elements) for p in paths]
     path = np.repeat(np.arange(len(paths)), size)
     following = np.arange(1, len(path) + 1)
     last = np.cumsum(size) - 1
     for k, (end, n) in enumerate(zip(last, size)):
         following[end] = end + 1 - n if paths[k].closed else -1
-    foot, t0, t1 = (np.concatenate([getattr(p.feet, name) for p in paths])
-                    for name in ("finish", "t0", "t1"))
+    foot, t0, t1 = (np.concatenate([getattr(p.feet, name) for p in paths]) for name in ("finish", "t0", "t1"))
     at0 = finish.upto[foot] + t0 * finish.length[foot]
     at1 = finish.upto[foot] + t1 * finish.length[foot]
     step = at0[following] - at1
@@ -83,24 +91,29 @@ def make_touch(finish, paths):
     with np.errstate(invalid="ignore"):
         step = np.where(np.isfinite(total), step - total * np.round(step / total), step)
     same = (ring[following] == ring) & (step <= SAME_FOOT_MM) & (step >= -BACK_MM)
-    return Touch(path, foot, t0, t1, following, ~same & (following >= 0), step,
-                 np.concatenate([p.elements.end for p in paths]))
+    return Touch(
+        path, foot, t0, t1, following, ~same & (following >= 0), step, np.concatenate([p.elements.end for p in paths])
+    )
 
 
 def foot_points(finish, index, t):
     """Points (m, 2) mm of the finish shape at parameters t of elements index."""
     e = finish.elements
     point = elements.point_at(e, index, t)
-    return np.where((t == 0.0)[:, None], e.start[index],
-                    np.where((t == 1.0)[:, None], e.end[index], point))
+    return np.where((t == 0.0)[:, None], e.start[index], np.where((t == 1.0)[:, None], e.end[index], point))
 
 
 def segments(finish, index, t0, t1):
     """Elements of the finish shape from t0 to t1, backwards where t1 < t0."""
     e = finish.elements
-    return Elements(foot_points(finish, index, t0), foot_points(finish, index, t1),
-                    e.centre[index], e.radius[index],
-                    e.start_angle[index] + t0 * e.sweep[index], e.sweep[index] * (t1 - t0))
+    return Elements(
+        foot_points(finish, index, t0),
+        foot_points(finish, index, t1),
+        e.centre[index],
+        e.radius[index],
+        e.start_angle[index] + t0 * e.sweep[index],
+        e.sweep[index] * (t1 - t0),
+    )
 
 
 def corner_arcs(finish, touch, corner, side, radius):

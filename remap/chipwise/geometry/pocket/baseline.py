@@ -18,6 +18,7 @@ lines are called spokes here.
    one edge Bi keeps only every q-th closed path, where the distance allows it; the others turn back
    along Bi.
 """
+
 import heapq
 import math
 from dataclasses import dataclass
@@ -31,6 +32,7 @@ from chipwise.geometry.pocket.convex_cuts import centroid, height
 class Fan:
     """The n spokes of one contour, in its order, the polygon on the left: base, tip (n, 2) mm;
     node (n,) int: node of the base line at the base."""
+
     base: np.ndarray
     tip: np.ndarray
     node: np.ndarray
@@ -38,11 +40,10 @@ class Fan:
     def heights(self):
         """Height (n,) mm of the triangle between each spoke and the next."""
         tip, base = np.roll(self.tip, -1, axis=0), np.roll(self.base, -1, axis=0)
-        corner = (self.node == np.roll(self.node, -1))[:, None]         # over a contour edge
+        corner = (self.node == np.roll(self.node, -1))[:, None]  # over a contour edge
         along = np.where(corner, tip - self.tip, base - self.base)
         off = self.tip - self.base
-        return np.abs(along[:, 0] * off[:, 1] - along[:, 1] * off[:, 0]) \
-            / np.maximum(np.hypot(*along.T), 1e-12)
+        return np.abs(along[:, 0] * off[:, 1] - along[:, 1] * off[:, 0]) / np.maximum(np.hypot(*along.T), 1e-12)
 
     def area(self):
         """Signed area mm2 of the contour."""
@@ -56,9 +57,11 @@ class BaseLine:
 
     def __init__(self, partition):
         self.partition = partition
-        self.edges = {(a, polygon[(k + 1) % len(polygon)][0]): (n, k)
-                      for n, polygon in enumerate(partition.polygons)
-                      for k, (a, _) in enumerate(polygon)}
+        self.edges = {
+            (a, polygon[(k + 1) % len(polygon)][0]): (n, k)
+            for n, polygon in enumerate(partition.polygons)
+            for k, (a, _) in enumerate(polygon)
+        }
         corners = [partition.corners(polygon) for polygon in partition.polygons]
         points = partition.points
         nodes = self._centres(corners)
@@ -135,7 +138,7 @@ class BaseLine:
         every = np.ones(len(self.node), int)
         for n in order[1:]:
             every[n] = kept = every[parent[n]]
-            if low[n] >= rank[n]:                       # hangs on the edge to its parent alone
+            if low[n] >= rank[n]:  # hangs on the edge to its parent alone
                 every[n] = kept * max(1, least[n] // kept)
         for m in range(self.polygons, len(every)):
             every[m] = every[min(self.neighbours[m], key=lambda n: rank[n])]

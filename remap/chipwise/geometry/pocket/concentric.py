@@ -18,6 +18,7 @@ No residue up to a step-over of the tool radius: a point of the machinable regio
 path than the step-over.  Above that a sharp turn may leave its outer corner to rest_material.py; it
 seldom does, because most positions are covered more closely than the widest one.
 """
+
 import math
 
 import numpy as np
@@ -83,7 +84,7 @@ class _Toolpath:
         self.tracks, self.chains, self.flags, self.here = [], [], [], None
         self.contours = [along(contour, climb) for contour in region.contours]
         self.left = set(range(len(self.contours)))
-        self.ends = []                  # per fan: last points before the contour, tips, both (n, 2)
+        self.ends = []  # per fan: last points before the contour, tips, both (n, 2)
 
     def lift(self, to=None):
         """Ends the Track; the next one begins at `to` (2,) mm."""
@@ -117,7 +118,9 @@ class _Toolpath:
             return
         self.left.discard(k)
         loop = chains.rotated(self.contours[k], *positions[k][1:])
-        arcs = None if self.walls is None else self.walls.onto(self.here, self.heading(), loop, math.dist(self.here, tip))
+        arcs = (
+            None if self.walls is None else self.walls.onto(self.here, self.heading(), loop, math.dist(self.here, tip))
+        )
         if arcs is None:
             self.go(np.stack((tip, loop.start[0])))
         loop = loop if arcs is None else chains.rotated(loop, *arcs[1])
@@ -180,9 +183,9 @@ def _closed_paths(toolpath, fan, parts, every, gap):
         ring = base[on] + spoke[on] * (k / parts)
         ahead, share = _slant(ring, every[on] == kept, SLANT * gap)
         levels = level + (k - level) * share
-        toolpath.go((base[on] + spoke[on] * levels[:, None] / parts)[:ahead + 1])
+        toolpath.go((base[on] + spoke[on] * levels[:, None] / parts)[: ahead + 1])
         toolpath.go(np.roll(ring, -ahead, axis=0))
-        toolpath.go(ring[ahead:ahead + 1])
+        toolpath.go(ring[ahead : ahead + 1])
         start, level = int(on[ahead]), k
     return base[start] + spoke[start]
 

@@ -14,6 +14,7 @@ the division and leaves open how.
 4. Long polygons are cut across (slimmer()), because the distance from the centre of gravity to the
    edges decides how many closed paths are needed everywhere.
 """
+
 import heapq
 import math
 
@@ -77,16 +78,14 @@ class Partition:
         """One polygon of the outline and all holes, bridges there and back."""
         polygon, left = loops[0], loops[1:]
         while left:
-            found = [nearest(self.array(polygon), [f for _, f in polygon], self.array(loop))
-                     for loop in left]
+            found = [nearest(self.array(polygon), [f for _, f in polygon], self.array(loop)) for loop in left]
             k = min(range(len(left)), key=lambda n: found[n][0])
             _, here, there = found[k]
             loop, to = self._at(left.pop(k), there)
             polygon, start = self._at(polygon, here)
             start = self._occurrence(polygon, start, self.points[loop[to][0]])
             turned = loop[to:] + loop[:to]
-            polygon = polygon[:start] + [(polygon[start][0], True)] + turned \
-                + [(turned[0][0], True)] + polygon[start:]
+            polygon = polygon[:start] + [(polygon[start][0], True)] + turned + [(turned[0][0], True)] + polygon[start:]
         return polygon
 
     def _at(self, polygon, position):
@@ -98,7 +97,7 @@ class Partition:
             return polygon, (k + 1) % len(polygon)
         a, b = self.points[polygon[k][0]], self.points[polygon[(k + 1) % len(polygon)][0]]
         new = self._add((a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])))
-        return polygon[:k + 1] + [(new, polygon[k][1])] + polygon[k + 1:], k + 1
+        return polygon[: k + 1] + [(new, polygon[k][1])] + polygon[k + 1 :], k + 1
 
     def _occurrence(self, polygon, k, target):
         """Which corner at the same point looks towards target."""
@@ -119,7 +118,7 @@ class Partition:
             return None
         p = self.array(polygon)
         before, after = p - np.roll(p, 1, axis=0), np.roll(p, -1, axis=0) - p
-        asked = bent[::-(-len(bent) // MOST_ASKED)]
+        asked = bent[:: -(-len(bent) // MOST_ASKED)]
         for i, k, t in candidates(p, polygon, before, after, bend, asked):
             if visible(p, i, k, t):
                 return self._split(polygon, i, k, t)
@@ -139,8 +138,9 @@ class Partition:
         """Takes away shared edges, the longest first, where both polygons together are convex and
         no taller than the tallest."""
         tallest = max(self.height(q)[0] for q in self.polygons)
-        owner = {(q[k][0], q[(k + 1) % len(q)][0]): n
-                 for n, q in enumerate(self.polygons) for k in range(len(q)) if q[k][1]}
+        owner = {
+            (q[k][0], q[(k + 1) % len(q)][0]): n for n, q in enumerate(self.polygons) for k in range(len(q)) if q[k][1]
+        }
         pairs = sorted((edge for edge in owner if edge[0] < edge[1]), key=self._minus_length)
         for a, b in pairs:
             n, m = owner[a, b], owner[b, a]
@@ -160,7 +160,7 @@ class Partition:
         """Two polygons without the edge a-b they share, None where that is not convex."""
         i = next(k for k, (u, _) in enumerate(first) if u == a and first[(k + 1) % len(first)][0] == b)
         j = next(k for k, (u, _) in enumerate(second) if u == b)
-        both = first[i + 1:] + first[:i]
+        both = first[i + 1 :] + first[:i]
         both += [second[(j + 1 + k) % len(second)] for k in range(len(second) - 1)]
         return both if min(bends(self.corners(both))) >= BEND else None
 

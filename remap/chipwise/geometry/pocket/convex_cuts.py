@@ -3,6 +3,7 @@
 
 Called by convex.py and baseline.py.  Lengths mm; a position on a polygon is (edge, share of it).
 """
+
 import math
 
 import numpy as np
@@ -127,7 +128,7 @@ def rising(cost):
     """Indices of finite costs in rising order, the first ones without sorting all."""
     few = min(FEW, len(cost) - 1)
     first = np.argpartition(cost, few)[:few]
-    yield from first[np.lexsort((first, cost[first]))][:np.count_nonzero(np.isfinite(cost[first]))]
+    yield from first[np.lexsort((first, cost[first]))][: np.count_nonzero(np.isfinite(cost[first]))]
     rest = np.setdiff1d(np.flatnonzero(np.isfinite(cost)), first)
     yield from rest[np.argsort(cost[rest], kind="stable")]
 
@@ -137,8 +138,7 @@ def visible(p, i, k, t):
     n = len(p)
     after = np.roll(p, -1, axis=0)
     target = p[k] + t * (after[k] - p[k]) if t else p[k]
-    if not looks(p, i, target) or (not t and (k in (i, (i + 1) % n, i - 1 if i else n - 1)
-                                               or not looks(p, k, p[i]))):
+    if not looks(p, i, target) or (not t and (k in (i, (i + 1) % n, i - 1 if i else n - 1) or not looks(p, k, p[i]))):
         return False
     d = target - p[i]
     length = math.hypot(*d)

@@ -1,18 +1,20 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """P4: a path through one level of a machinable region on which the tool's engagement stays at that of the step-over.
 
-Called by cycles/pocket_engage.py.  Pure; lengths mm, angles rad.  components/offline/engage.h has the equation that is followed.
+Called by cycles/pocket_engage.py.  Pure; lengths mm, angles rad.  components/offline/engage.h has the equation that is
+followed.
 
-1. A helix where the region is widest; then stages, each with less room kept to the border and narrower bends: the open area,
-   the band along the walls, the corners.
-2. In each stage a path is traced from where, along the border, cleared ground ends.  A closed front so becomes a spiral, an open
-   one a row of paths that all climb.
+1. A helix where the region is widest; then stages, each with less room kept to the border and narrower bends: the open
+   area, the band along the walls, the corners.
+2. In each stage a path is traced from where, along the border, cleared ground ends.  A closed front so becomes a
+   spiral, an open one a row of paths that all climb.
 3. The parts of the walls that no path has followed are followed last, exactly.
 4. What a region behind a neck leaves gets an entry of its own.
 5. Ground that was cleared before (a pocket that was begun) needs no helix: the stages begin there.
 6. Needles between paths, which are too small to start a path at, are run over (engage_needles.py).
 The stock is on the RIGHT of travel; for the other link round the pocket is mirrored.
 """
+
 import math
 from typing import Optional
 
@@ -36,30 +38,33 @@ STEP, STEP_BEND = 0.05, 0.5
 # Length in air after which a path ends, in tool radii; the first one of a stage goes on for longer.
 AIR, FIRST_AIR = 0.8, 2.0
 
-# A path that would cut less is left to the next stage: tool radii along which it cuts and share of a whole step; and, in the last
-# ones, the engagement: rad, and share of that which is kept to.
+# A path that would cut less is left to the next stage: tool radii along which it cuts and share of a whole step; and,
+# in the last ones, the engagement: rad, and share of that which is kept to.
 FEWEST, SHARE, LEAST_ANGLE, LEAST_SHARE = 1.0, 0.3, 0.5, 0.6
 
 # Of the fitted arcs from the traced path.
 FIT_MM = 0.0003
 
-# A patch of a region gets an entry of its own if it is this far from its border and this large, in tool radii and tool areas.
+# A patch of a region gets an entry of its own if it is this far from its border and this large, in tool radii and tool
+# areas.
 PATCH_WIDE, PATCH_LARGE = 0.13, 0.05
 
 # A link at the feed is as bad as a quicker one by rapids whose time is larger by this.
 FEED_WORSE = 1.4
 
-# Corners this near are finished before the tool goes away, in tool radii; the wall there, if no more than this is left before it.
+# Corners this near are finished before the tool goes away, in tool radii; the wall there, if no more than this is left
+# before it.
 NEAR, FILLET = 2.5, 0.1
 
-# More engagement than that of the step-over, where the path keeps to it; the most of P4 is 3 degrees more. rad.  With a step-over below FINE tool
-# radii the tool turns away so often that ESCAPE takes more of the rest.
+# More engagement than that of the step-over, where the path keeps to it; the most of P4 is 3 degrees more. rad.  With a
+# step-over below FINE tool radii the tool turns away so often that ESCAPE takes more of the rest.
 MORE, MORE_FINE, FINE = math.radians(1.8), math.radians(1.4), 0.24
 
 # And while the tool turns away: no step is made after which that would need more. rad
 ESCAPE = 0.03
 
-# To a wall that begins in stock the tool goes straight from so near, and else down a ramp of this length; in tool radii.
+# To a wall that begins in stock the tool goes straight from so near, and else down a ramp of this length; in tool
+# radii.
 STRAIGHT, RAMP = 1.0, 2.0
 
 # Helix, and the least, in tool radii.
@@ -68,7 +73,8 @@ HELIX, NARROWEST = 0.9, 0.05
 # A path goes on for so long after it cuts, in tool radii.
 AHEAD = 0.1
 
-# Ground that was cleared before falls short of what was by about so many cells: where it ends along a wall is looked for so far from it, too.
+# Ground that was cleared before falls short of what was by about so many cells: where it ends along a wall is looked
+# for so far from it, too.
 LAGS = (1.3, 2.2)
 
 # A path that ends no further than this from a wall leaves it on an arc.
@@ -89,9 +95,9 @@ class Planner:
         self.lags = () if cleared is None else (LAGS[0] * lag, LAGS[1] * lag)
         if cleared is not None:
             self.ground.clear(cleared)
-        self.track = Ground(region.contours, VISITED_MM, size=radius / 2)         # knows which walls were followed
+        self.track = Ground(region.contours, VISITED_MM, size=radius / 2)  # knows which walls were followed
         self.walls = [Wall(contour, radius) for contour in region.contours]
-        self.corners, self.tried = [], {}                                           # of the last stage
+        self.corners, self.tried = [], {}  # of the last stage
         self.grid = Grid(region, self.ground)
         self.segments: list[Segment] = []
         self.pose: Optional[tuple] = None
@@ -106,11 +112,13 @@ class Planner:
             self._stages()
         waiting = self.grid.patches(0.0) if seat is None else self._waiting()
         for _ in range(MOST_ENTRIES):
-            if not waiting or not self._enter(max(waiting, key=lambda patch: self.grid.depth[tuple(patch.T)].max(initial=-1.0))):
+            if not waiting or not self._enter(
+                max(waiting, key=lambda patch: self.grid.depth[tuple(patch.T)].max(initial=-1.0))
+            ):
                 break
             self._stages()
             waiting = self._waiting()
-        if self.pose is None:           # too narrow for a helix: only its border
+        if self.pose is None:  # too narrow for a helix: only its border
             self.pose = (*self.region.boundary.start[0].tolist(), 0.0)
         self._walls()
         engage_needles.clear(self)
@@ -120,7 +128,7 @@ class Planner:
     # ---- parts of the path ---------------------------------------------------------------------------------------
 
     def _waiting(self):
-        return self.grid.patches(PATCH_WIDE * self.radius, PATCH_LARGE * self.radius ** 2)
+        return self.grid.patches(PATCH_WIDE * self.radius, PATCH_LARGE * self.radius**2)
 
     def _enter(self, patch):
         """By a helix at the deepest place of a patch; whether it has room for one."""
@@ -129,7 +137,9 @@ class Planner:
             return False
         radius = min(HELIX * self.radius, depth)
         start = centre + (radius, 0.0)
-        circle = elements.make_arcs(start[None], start[None], centre[None], np.array([radius]), np.array([2.0 * math.pi]))
+        circle = elements.make_arcs(
+            start[None], start[None], centre[None], np.array([radius]), np.array([2.0 * math.pi])
+        )
         if self.segments:
             self._over(start)
         self._add("entry", circle)
@@ -176,9 +186,14 @@ class Planner:
         self.segments.append(Segment("over", make_lines(np.array([self._off()]), np.array([to]))))
 
     def _off(self):
-        """Off a wall, before the tool goes up, on an arc tangent to it, if there is one over cleared ground; the place (x, y) then."""
+        """Off a wall, before the tool goes up, on an arc tangent to it, if there is one over cleared ground; the place
+        (x, y) then."""
         at = self.pose[:2]
-        if self.segments and self.segments[-1].kind == "cut" and float(self.ground.depth(np.array([at]))[0]) <= ON_WALL_MM:
+        if (
+            self.segments
+            and self.segments[-1].kind == "cut"
+            and float(self.ground.depth(np.array([at]))[0]) <= ON_WALL_MM
+        ):
             arc = links.off_wall(self.ground, self.grid, self.pose, self.clearance)
             if arc is not None:
                 self._add("feed", arc)
@@ -198,7 +213,7 @@ class Planner:
         """A path of constant engagement from a pose; nothing if it would cut nothing."""
         known = len(self.segments)
         pose = before_cut(self.ground, pose, keep)
-        if not self._go(pose):          # before the path is cleared: the link there has to be so already
+        if not self._go(pose):  # before the path is cleared: the link there has to be so already
             return
         found, _ = self.ground.trace(pose, keep, True)
         cut = np.flatnonzero(found[:, 3] > 0.0)
@@ -206,7 +221,7 @@ class Planner:
             del self.segments[known:]
             return
         last = min(len(found) - 1, cut[-1] + int(AHEAD * self.radius / keep.step))
-        poses = np.vstack([[pose], found[:last + 1, :3]])
+        poses = np.vstack([[pose], found[: last + 1, :3]])
         self._add("cut", fitted(poses, FIT_MM))
         self.pose = tuple(poses[-1])
         self.paths += 1
@@ -216,7 +231,9 @@ class Planner:
     def _stages(self):
         first, last_inset = True, None
         *stages, (last, bend) = STAGES
-        self.corners = self.corners or border_poses(self.region, last * self.step, bend * self.radius, self.radius, self.lags)
+        self.corners = self.corners or border_poses(
+            self.region, last * self.step, bend * self.radius, self.radius, self.lags
+        )
         for share, rho in stages:
             inset = share * self.step
             if float(self.ground.depth(np.array([self.pose[:2]]))[0]) < inset - 1e-3:
@@ -259,15 +276,19 @@ class Planner:
         return False
 
     def _corner(self):
-        """One path of the last stage near the tool, or else along what is left of the wall there; whether there was any."""
+        """One path of the last stage near the tool, or else along what is left of the wall there; whether there was
+        any."""
         keep, near = self._rule(STAGES[-1][0] * self.step, STAGES[-1][1], AIR), NEAR * self.radius
         starts = [s for s in self._starts(self.corners, self.tried) if math.dist(s[0][:2], self.pose[:2]) < near]
         for start in sorted(starts, key=lambda s: math.dist(s[0][:2], self.pose[:2])):
             if self._try(start, keep, self.tried):
                 return True
         for chain in [chain for wall in self.walls for chain in wall.chains(self.ground, self.track)]:
-            if math.dist(chain.start[0], self.pose[:2]) < near and elements.lengths(chain).sum() < near \
-                    and self.ground.swept(chain, -FILLET * self.radius, links.FINE_MM):
+            if (
+                math.dist(chain.start[0], self.pose[:2]) < near
+                and elements.lengths(chain).sum() < near
+                and self.ground.swept(chain, -FILLET * self.radius, links.FINE_MM)
+            ):
                 self._along_wall(chain)
                 return True
         return False
@@ -284,7 +305,7 @@ class Planner:
         return area >= FEWEST * self.radius * self.step and area >= SHARE * length * self.step
 
     def _beside(self, inset):
-        area = FEWEST * self.radius * self.step if inset else PATCH_LARGE * self.radius ** 2
+        area = FEWEST * self.radius * self.step if inset else PATCH_LARGE * self.radius**2
         return self.grid.patch_starts(inset + 0.02 * self.radius, area, self.pose)
 
     def _walls(self):
@@ -332,7 +353,11 @@ class Planner:
         """To the start of a chain in stock: straight there if that is near, else down a ramp on it."""
         at, start = np.array([self.pose[:2]]), chain.start[:1]
         straight = make_lines(at, start)
-        if self.segments and math.dist(at[0], start[0]) < STRAIGHT * self.radius and links.inside(self.ground, straight):
+        if (
+            self.segments
+            and math.dist(at[0], start[0]) < STRAIGHT * self.radius
+            and links.inside(self.ground, straight)
+        ):
             self._add("cut", straight)
             self.ground.clear(straight)
             return
@@ -343,6 +368,7 @@ class Planner:
 
 
 def planned(region, radius, step, feed_mm_s, clearance, cleared=None, lag=0.0, overlap=0.0):
-    """Segments of one level of a region, climbing with the stock on the right.  cleared: a chain of places that the tool may have been at before; lag: side of the
-    cells that it was read from; overlap: mm that a wall that is run all around is run on over its start."""
+    """Segments of one level of a region, climbing with the stock on the right.  cleared: a chain of places that the
+    tool may have been at before; lag: side of the cells that it was read from; overlap: mm that a wall that is run all
+    around is run on over its start."""
     return Planner(region, radius, step, feed_mm_s, clearance, cleared, lag, overlap).plan()

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Ground that a tool has cleared in a region, and paths of constant engagement through it: components/offline/engage*.c from Python.
+"""Ground that a tool has cleared in a region, and paths of constant engagement through it: components/offline/engage*.c
+from Python.
 
 Called by geometry/pocket/engage*.py.  Lengths mm, angles rad.  Poses are rows x, y, heading.
 """
+
 from __future__ import annotations
 
 import ctypes as C
@@ -36,7 +38,9 @@ def elements_of(rows: np.ndarray) -> Elements:
     """(n, 7) of the C functions -> Elements."""
     start, end, centre, sweep = rows[:, 0:2], rows[:, 2:4], rows[:, 4:6], rows[:, 6]
     arc = sweep != 0.0
-    return elements.make_arcs(start, end, np.where(arc[:, None], centre, 0.0), np.where(arc, np.hypot(*(start - centre).T), 0.0), sweep)
+    return elements.make_arcs(
+        start, end, np.where(arc[:, None], centre, 0.0), np.where(arc, np.hypot(*(start - centre).T), 0.0), sweep
+    )
 
 
 def fitted(pose: np.ndarray, within: float) -> Elements:
@@ -59,7 +63,9 @@ class Ground:
             first += len(contour)
         following = np.array(after, np.int64)
         self.radius, self._lib = radius, library()
-        self._handle = self._lib.chip_engage_open(len(rows), rows.ctypes.data, following.ctypes.data, radius, size or SQUARE * radius)
+        self._handle = self._lib.chip_engage_open(
+            len(rows), rows.ctypes.data, following.ctypes.data, radius, size or SQUARE * radius
+        )
         if not self._handle:
             raise MemoryError
 
@@ -91,7 +97,8 @@ class Ground:
         self._sound()
 
     def rim(self, point: np.ndarray, less: float) -> np.ndarray:
-        """Which (n,) bool of points (n, 2) have the circle of the radius, less by `less`, on cleared ground all around."""
+        """Which (n,) bool of points (n, 2) have the circle of the radius, less by `less`, on cleared ground all
+        around."""
         point = np.ascontiguousarray(point, float)
         found = np.empty(len(point), np.uint8)
         self._lib.chip_engage_rim(self._handle, len(point), point.ctypes.data, less, found.ctypes.data)
@@ -113,14 +120,18 @@ class Ground:
         """(n, 4) x, y, heading and engagement at most `spacing` apart along a chain, which is cleared meanwhile."""
         rows = rows_of(e)
         found = np.empty((int(elements.lengths(e).sum() / spacing) + len(e) + 1, 4))
-        count = self._lib.chip_engage_along(self._handle, len(rows), rows.ctypes.data, spacing, found.ctypes.data, len(found))
+        count = self._lib.chip_engage_along(
+            self._handle, len(rows), rows.ctypes.data, spacing, found.ctypes.data, len(found)
+        )
         self._sound()
         return found[:count]
 
     def trace(self, pose, rule: layout.EngageRule, commit: bool, most: int = MOST) -> tuple[np.ndarray, int]:
         """((n, 4) x, y, heading, engagement of a path of constant engagement from a pose, why it ended)."""
         found, why = np.empty((most, 4)), C.c_int(0)
-        count = self._lib.chip_engage_trace(self._handle, (C.c_double * 3)(*pose), C.byref(rule), commit, found.ctypes.data, most, C.byref(why))
+        count = self._lib.chip_engage_trace(
+            self._handle, (C.c_double * 3)(*pose), C.byref(rule), commit, found.ctypes.data, most, C.byref(why)
+        )
         self._sound()
         return found[:count].copy(), why.value
 

@@ -3,9 +3,10 @@
 
 Called by engage.py.  Lengths mm, angles rad.
 
-Either a curve tangent to both paths, at the feed; or off the stock at the feed, across by rapids with a clearance at the tool's
-side, and onto the next path at the feed.  Every link is asked for the whole area that the tool sweeps on it.
+Either a curve tangent to both paths, at the feed; or off the stock at the feed, across by rapids with a clearance at
+the tool's side, and onto the next path at the feed.  Every link is asked for the whole area that the tool sweeps on it.
 """
+
 import heapq
 import math
 from itertools import islice
@@ -27,14 +28,18 @@ STRIDE_MM = 0.01
 LEADS = (0.12, 0.25, 0.5)
 TURNS = np.radians((15, 30, 40, 50, 57, 65, 75, 90, 110, 130, 150, 180))
 
-# So many further ends of such arcs are tried for one straight rapid instead of several, and so many places of a longer link.
+# So many further ends of such arcs are tried for one straight rapid instead of several, and so many places of a longer
+# link.
 FURTHER, PLACES = 4, 12
 
-# A link that goes round something is looked for with so much more room at first, in tool radii: along its edge it would bend often.
+# A link that goes round something is looked for with so much more room at first, in tool radii: along its edge it would
+# bend often.
 WIDER = (0.3, 0.12, 0.0)
 
 # From a place of the grid to its neighbours, and how far that is.
-NEIGHBOURS = tuple((i, j, math.hypot(i, j)) for i, j in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)))
+NEIGHBOURS = tuple(
+    (i, j, math.hypot(i, j)) for i, j in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
+)
 
 # So many places of the grid are looked at to begin one.
 NEAREST = 8
@@ -52,8 +57,12 @@ RAPID_MM_S, RAPID_MM_S2, STOP_S = 100.0, 500.0, 0.1
 
 def rapid_seconds(length):
     """From standstill to standstill."""
-    ramp = RAPID_MM_S ** 2 / RAPID_MM_S2
-    return 2.0 * math.sqrt(length / RAPID_MM_S2) if length < ramp else ramp / RAPID_MM_S * 2.0 + (length - ramp) / RAPID_MM_S
+    ramp = RAPID_MM_S**2 / RAPID_MM_S2
+    return (
+        2.0 * math.sqrt(length / RAPID_MM_S2)
+        if length < ramp
+        else ramp / RAPID_MM_S * 2.0 + (length - ramp) / RAPID_MM_S
+    )
 
 
 def direct(ground, a, b):
@@ -92,8 +101,8 @@ def _place_at(link, k):
 
 
 def leads(ground, pose, clearance, backwards):
-    """[elements] off a path to the left at its end, or onto it at its start (backwards), whose far end has the clearance; the shortest
-    first.  An empty chain: the pose itself has it."""
+    """[elements] off a path to the left at its end, or onto it at its start (backwards), whose far end has the
+    clearance; the shortest first.  An empty chain: the pose itself has it."""
     if _straight(ground, pose[:2], pose[:2], clearance):
         return [make_lines(np.empty((0, 2)), np.empty((0, 2)))]
     for share in LEADS:
@@ -103,7 +112,9 @@ def leads(ground, pose, clearance, backwards):
         far = centre + radius * np.column_stack((np.cos(angle), np.sin(angle)))
         for k in np.flatnonzero(ground.rim(far, -clearance)):
             start, end = (far[k], np.array(pose[:2])) if backwards else (np.array(pose[:2]), far[k])
-            link = elements.make_arcs(start[None], end[None], centre[None], np.array([radius]), np.array([float(TURNS[k])]))
+            link = elements.make_arcs(
+                start[None], end[None], centre[None], np.array([radius]), np.array([float(TURNS[k])])
+            )
             if not (inside(ground, link) and ground.swept(link, -RIM_MM, FINE_MM)):
                 break
             if _straight(ground, far[k], far[k], clearance):
@@ -121,7 +132,8 @@ def off_wall(ground, grid, pose, clearance):
 
 
 def lifted(ground, grid, at, pose, clearance):
-    """(elements off a path, points of rapids, elements onto the next) from one pose to another, the quickest that is found; None."""
+    """(elements off a path, points of rapids, elements onto the next) from one pose to another, the quickest that is
+    found; None."""
     off, onto = (leads(ground, p, clearance, p is pose) for p in (at, pose))
     if not off:
         off = [link for link in (link_out(ground, grid, at, clearance),) if link is not None]
@@ -169,7 +181,7 @@ def across(ground, grid, a, b, clearance):
 
 def _by_one_or_two(ground, link, clearance):
     """The quickest of the links by one or two of the places of a longer one; None."""
-    a, b, by = link[0], link[-1], link[1:-1][::max(1, (len(link) - 2) // PLACES)]
+    a, b, by = link[0], link[-1], link[1:-1][:: max(1, (len(link) - 2) // PLACES)]
     first, last = ([p for p in by if _straight(ground, end, p, clearance)] for end in (a, b))
     found = [[a, p, b] for p in first if p in last]
     if not found:
@@ -194,13 +206,23 @@ def along(ground, grid, a, b):
 
 
 def link_out(ground, grid, pose, clearance, backwards=False):
-    """Elements at the feed from a pose to a place of the grid near it that has the clearance, or from there to the pose (backwards): an arc
-    along the path there (within BENDS: a path that ends in a corner may head for the wall) if one of the nearest places has one, else lines; None."""
+    """Elements at the feed from a pose to a place of the grid near it that has the clearance, or from there to the pose
+    (backwards): an arc along the path there (within BENDS: a path that ends in a corner may head for the wall) if one
+    of the nearest places has one, else lines; None."""
     near = grid.point[(grid.depth >= clearance) & grid.cleared]
     gap = np.hypot(*(near - pose[:2]).T)
     order = np.argsort(gap, kind="stable")
-    free = list(islice((k for k in order[:np.searchsorted(gap[order], OUT * ground.radius, "right")] if ground.rim(near[k][None], -clearance)[0]), PLACES))
-    for bend in BENDS:                                                  # away from the stock on the right
+    free = list(
+        islice(
+            (
+                k
+                for k in order[: np.searchsorted(gap[order], OUT * ground.radius, "right")]
+                if ground.rim(near[k][None], -clearance)[0]
+            ),
+            PLACES,
+        )
+    )
+    for bend in BENDS:  # away from the stock on the right
         heading = pose[2] + (math.pi - bend if backwards else bend)
         for k in free:
             link = _tangent(ground, pose[:2], heading, near[k])
@@ -211,14 +233,19 @@ def link_out(ground, grid, pose, clearance, backwards=False):
 
 
 def _tangent(ground, start, heading, end):
-    """The arc from a place with a heading to another place, if it is bent no further than BENT and over cleared ground; None."""
-    along_, aside = (end - start) @ np.array(((math.cos(heading), -math.sin(heading)), (math.sin(heading), math.cos(heading))))
+    """The arc from a place with a heading to another place, if it is bent no further than BENT and over cleared ground;
+    None."""
+    along_, aside = (end - start) @ np.array(
+        ((math.cos(heading), -math.sin(heading)), (math.sin(heading), math.cos(heading)))
+    )
     sweep = 2.0 * math.atan2(aside, along_)
     if not FLAT < abs(sweep) < BENT:
         return None
-    radius = (along_ ** 2 + aside ** 2) / (2.0 * aside)                 # positive: to the left
+    radius = (along_**2 + aside**2) / (2.0 * aside)  # positive: to the left
     centre = np.asarray(start) + radius * np.array((-math.sin(heading), math.cos(heading)))
-    link = elements.make_arcs(np.array([start], float), end[None], centre[None], np.array([abs(radius)]), np.array([sweep]))
+    link = elements.make_arcs(
+        np.array([start], float), end[None], centre[None], np.array([abs(radius)]), np.array([sweep])
+    )
     return link if inside(ground, link) and ground.swept(link, -RIM_MM, FINE_MM) else None
 
 
@@ -228,11 +255,21 @@ def _straight(ground, a, b, clearance):
 
 
 def _searched(grid, ground, a, b, clearance, more):
-    """Places of the grid from near a to near b, the shortest link that has so much more than the clearance, between both; None."""
+    """Places of the grid from near a to near b, the shortest link that has so much more than the clearance, between
+    both; None."""
     free = grid.roomy(clearance + more)
     known, place = np.argwhere(free), grid.point[free]
-    first, last = (next((tuple(known[k]) for k in np.argsort(np.hypot(*(place - p).T), kind="stable")[:NEAREST]
-                         if _straight(ground, p, place[k], clearance)), None) for p in (a, b))
+    first, last = (
+        next(
+            (
+                tuple(known[k])
+                for k in np.argsort(np.hypot(*(place - p).T), kind="stable")[:NEAREST]
+                if _straight(ground, p, place[k], clearance)
+            ),
+            None,
+        )
+        for p in (a, b)
+    )
     if first is None or last is None:
         return None
     columns, rows = free.shape

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Needles that paths of constant engagement leave between them: run over, one after the other.
 
-Called by engage.py.  Lengths mm.  A needle is narrower than the spacing of the places at which stock is looked for, so no path starts there.
-The tool goes over cleared ground to near it, straight to the place of its centre that is nearest to the needle, and back.
+Called by engage.py.  Lengths mm.  A needle is narrower than the spacing of the places at which stock is looked for, so
+no path starts there.  The tool goes over cleared ground to near it, straight to the place of its centre that is nearest
+to the needle, and back.
 """
+
 import math
 
 import numpy as np
@@ -23,7 +25,8 @@ INTO_MM = 1e-5
 
 
 def clear(planner):
-    """Segments over all needles that can be got at, added to a planner's; the certificate says what is left after that."""
+    """Segments over all needles that can be got at, added to a planner's; the certificate says what is left after
+    that."""
     for _ in range(MOST):
         area, place = planner.ground.left(FINE_MM)
         if area <= 0.0 or not _over(planner, place):

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What a finished path of constant engagement does: the certificate of P4.
 
-Called by cycles/pocket_engage.py.  The path is followed once more from the first segment on, as its lines and arcs are, over ground that is
-again as it was before.  Lengths mm, angles rad.
+Called by cycles/pocket_engage.py.  The path is followed once more from the first segment on, as its lines and arcs are,
+over ground that is again as it was before.  Lengths mm, angles rad.
 """
+
 import math
 from dataclasses import dataclass, replace
 
@@ -26,16 +27,17 @@ OVER, FULL = math.radians(5.0), math.radians(172.0)
 # Kinds of segments that are an entry.
 ENTRIES = ("entry", "ramp")
 
-# More engagement may last this long without a word about the feed, in tool radii: in a corner, on the arc between its walls.  From SLOW more on, for
-# longer, the feed is less. rad
+# More engagement may last this long without a word about the feed, in tool radii: in a corner, on the arc between its
+# walls.  From SLOW more on, for longer, the feed is less. rad
 CORNER, SLOW = 1.0, math.radians(10.0)
 
 
 @dataclass(frozen=True)
 class Proof:
-    """over: [(x, y, mm, engagement)] of places with more engagement than OVER allows; gouge, gouge_at: mm, and where; left_mm2, left_at: what is not cleared;
-    rapid_at, plunge_at: (x, y) of a rapid that would meet stock, of a descent that would; or None.  load: for each segment the most engagement of
-    each of its elements, or None.  full: as over, of full slots; none of an entry."""
+    """over: [(x, y, mm, engagement)] of places with more engagement than OVER allows; gouge, gouge_at: mm, and where;
+    left_mm2, left_at: what is not cleared; rapid_at, plunge_at: (x, y) of a rapid that would meet stock, of a descent
+    that would; or None.  load: for each segment the most engagement of each of its elements, or None.  full: as over,
+    of full slots; none of an entry."""
 
     over: tuple
     gouge: float
@@ -54,7 +56,8 @@ class Proof:
 
 
 def prove(region, segments, radius, angle, cleared=None):
-    """Proof of the segments of one level of a region.  cleared: a chain of places that the tool may have been at before."""
+    """Proof of the segments of one level of a region.  cleared: a chain of places that the tool may have been at
+    before."""
     ground = Ground(region.contours, radius)
     if cleared is not None:
         ground.clear(cleared)
@@ -80,7 +83,9 @@ def prove(region, segments, radius, angle, cleared=None):
                 full += _places(rows, FULL, SPACING * radius)
                 load[-1] = _most(segment.elements, rows[:, 3], SPACING * radius)
     left, place = ground.left(FINE_MM)
-    return Proof(tuple(over), gouge, gouge_at, left, tuple(place.tolist()), rapid_at, plunge_at, tuple(load), tuple(full))
+    return Proof(
+        tuple(over), gouge, gouge_at, left, tuple(place.tolist()), rapid_at, plunge_at, tuple(load), tuple(full)
+    )
 
 
 def left_mm2(region, radius, cleared=None):
@@ -95,15 +100,20 @@ def _most(chain, engagement, spacing):
     """(n,) the most engagement of each element, of which each was judged at even places."""
     count = np.ceil(elements.lengths(chain) / spacing).astype(int)
     ends = np.minimum(np.cumsum(count), len(engagement))
-    return np.array([engagement[b - n:b].max(initial=0.0) for b, n in zip(ends, count)])
+    return np.array([engagement[b - n : b].max(initial=0.0) for b, n in zip(ends, count)])
 
 
 def slowed(region, segments, proof, radius, angle, cleared=None):
-    """Segments with less feed where the engagement is above that of the step-over by SLOW for long: no more is cut in a time there."""
+    """Segments with less feed where the engagement is above that of the step-over by SLOW for long: no more is cut in a
+    time there."""
     if not proof.longest or proof.longest[2] <= CORNER * radius:
         return segments
-    parts = [segment if load is None or not (load > angle + SLOW).any() else
-             replace(segment, elements=_divided(segment.elements, load > angle + SLOW, CORNER * radius)) for segment, load in zip(segments, proof.load)]
+    parts = [
+        segment
+        if load is None or not (load > angle + SLOW).any()
+        else replace(segment, elements=_divided(segment.elements, load > angle + SLOW, CORNER * radius))
+        for segment, load in zip(segments, proof.load)
+    ]
     found = []
     for segment, load in zip(parts, prove(region, parts, radius, angle, cleared).load):
         if load is not None and (load > angle + SLOW).any():

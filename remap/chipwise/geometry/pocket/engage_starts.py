@@ -3,6 +3,7 @@
 
 Called by engage.py.  Lengths mm, angles rad.
 """
+
 import math
 from dataclasses import dataclass
 from typing import Optional
@@ -35,8 +36,9 @@ AROUND = np.array([(math.cos(k * math.pi / 4), math.sin(k * math.pi / 4)) for k 
 
 @dataclass(frozen=True, eq=False)
 class Segment:
-    """kind: "entry" (a full circle at the level, after a helix on it), "ramp" (down along it, to and fro), "cut", "feed" (over cleared ground),
-    "rapid" (lines, lifted), "over" (up, across and down to where the next one starts).  share: of the feed, for each element; None: 1."""
+    """kind: "entry" (a full circle at the level, after a helix on it), "ramp" (down along it, to and fro), "cut",
+    "feed" (over cleared ground), "rapid" (lines, lifted), "over" (up, across and down to where the next one starts).
+    share: of the feed, for each element; None: 1."""
 
     kind: str
     elements: Elements
@@ -62,7 +64,10 @@ class Poses:
             j, gone, n = int(i), 0.0, len(self.pose)
             while gone < back:
                 before = (j - 1) % n
-                if not self.cleared[before] or abs(math.remainder(self.pose[before, 2] - self.pose[j, 2], 2 * math.pi)) > BACK_TURN:
+                if (
+                    not self.cleared[before]
+                    or abs(math.remainder(self.pose[before, 2] - self.pose[j, 2], 2 * math.pi)) > BACK_TURN
+                ):
                     break
                 gone, j = gone + self.gap[before], before
             found.append((tuple(self.pose[j]), tuple(np.round(self.pose[i, :2], 2))))
@@ -94,9 +99,12 @@ def _aside(point, heading, aside):
 
 
 def border_poses(region, inset, rho, radius, lags=()):
-    """Poses along the border of what remains of a region `inset` within it, with its corners rounded by rho; and the same further within it by each of the lags."""
+    """Poses along the border of what remains of a region `inset` within it, with its corners rounded by rho; and the
+    same further within it by each of the lags."""
     found = []
-    for part in [part for lag in (0.0, *lags) for part in machinable_regions(region.pocket, region.distance + inset + lag + rho)]:
+    for part in [
+        part for lag in (0.0, *lags) for part in machinable_regions(region.pocket, region.distance + inset + lag + rho)
+    ]:
         found += [Poses(pose) for contour in part.contours if len(pose := along_contour(contour, rho, POSES * radius))]
     return found
 
@@ -130,7 +138,8 @@ class Grid:
             self.cleared[waiting] = self.ground.rim(self.point[waiting], slack(self.ground.radius))
 
     def roomy(self, clearance):
-        """Which of the cleared places have a clearance at the tool's side, as a raster; those that had it keep it, as ground only grows."""
+        """Which of the cleared places have a clearance at the tool's side, as a raster; those that had it keep it, as
+        ground only grows."""
         free = self._roomy.setdefault(clearance, np.zeros(self.cleared.shape, bool))
         asked = np.nonzero(self.cleared & (self.depth >= clearance) & ~free)
         if len(asked[0]):
@@ -148,7 +157,8 @@ class Grid:
         return None
 
     def patches(self, least, area=0.0):
-        """[(indices (n, 2))] of connected places, deeper than `least`, that are not cleared: of more than an area, mm2."""
+        """[(indices (n, 2))] of connected places, deeper than `least`, that are not cleared: of more than an area,
+        mm2."""
         self.refresh()
         left = {(int(i), int(j)) for i, j in zip(*np.nonzero(~self.cleared & (self.depth >= least)))}
         found = []
@@ -157,12 +167,21 @@ class Grid:
             patch, edge = [first], [first]
             while edge:
                 i, j = edge.pop()
-                for near in ((i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1), (i + 1, j + 1), (i - 1, j - 1), (i + 1, j - 1), (i - 1, j + 1)):
+                for near in (
+                    (i + 1, j),
+                    (i - 1, j),
+                    (i, j + 1),
+                    (i, j - 1),
+                    (i + 1, j + 1),
+                    (i - 1, j - 1),
+                    (i + 1, j - 1),
+                    (i - 1, j + 1),
+                ):
                     if near in left:
                         left.remove(near)
                         patch.append(near)
                         edge.append(near)
-            if len(patch) * self.size ** 2 > area:
+            if len(patch) * self.size**2 > area:
                 found.append(np.array(sorted(patch)))
         return found
 
@@ -177,7 +196,12 @@ class Grid:
             k = int(np.argmin(np.hypot(*(point - pose[:2]).T)))
             over = self.point[tuple(patch.T)]
             toward = over[int(np.argmin(np.hypot(*(over - point[k]).T)))] - point[k]
-            found.append(((*point[k].tolist(), math.atan2(toward[1], toward[0]) + 0.5 * math.pi), ("patch", *np.round(point[k], 1).tolist())))
+            found.append(
+                (
+                    (*point[k].tolist(), math.atan2(toward[1], toward[0]) + 0.5 * math.pi),
+                    ("patch", *np.round(point[k], 1).tolist()),
+                )
+            )
         return found
 
     def deepest(self, patch):

@@ -3,6 +3,7 @@
 
 Called by engage.py.  Lengths mm.
 """
+
 import math
 
 import numpy as np
@@ -43,9 +44,16 @@ class Wall:
         if not len(missing):
             return []
         if len(missing) == len(self.station):
-            open_at = np.flatnonzero(ground.rim(self.point, slack(self.radius)))          # it begins where the tool can get to
-            return [chains.rotated(self.contour, int(self.index[open_at[0]]), float(self.share[open_at[0]])) if len(open_at) else self.contour]
-        return [_between(self.contour, self.total, a, b) for a, b in _ranges(self.station, missing, self.total, JOINED * self.radius)]
+            open_at = np.flatnonzero(ground.rim(self.point, slack(self.radius)))  # it begins where the tool can get to
+            return [
+                chains.rotated(self.contour, int(self.index[open_at[0]]), float(self.share[open_at[0]]))
+                if len(open_at)
+                else self.contour
+            ]
+        return [
+            _between(self.contour, self.total, a, b)
+            for a, b in _ranges(self.station, missing, self.total, JOINED * self.radius)
+        ]
 
 
 def _ranges(station, missing, total, joined):
@@ -53,7 +61,10 @@ def _ranges(station, missing, total, joined):
     n, found = len(station), []
     station = station.tolist()
     for k in missing.tolist():
-        before, after = station[k - 1] - (total if k == 0 else 0.0), station[(k + 1) % n] + (total if k == n - 1 else 0.0)
+        before, after = (
+            station[k - 1] - (total if k == 0 else 0.0),
+            station[(k + 1) % n] + (total if k == n - 1 else 0.0),
+        )
         if found and before - found[-1][1] <= joined:
             found[-1][1] = after
         else:
@@ -87,7 +98,12 @@ def beginning(chain, length):
     k = int(np.searchsorted(upto, length))
     if k == len(chain):
         return chain
-    return elements.join((elements.take(chain, np.arange(k)), chains.segment(chain, k, 0.0, 1.0 - float(upto[k] - length) / float(each[k]))))
+    return elements.join(
+        (
+            elements.take(chain, np.arange(k)),
+            chains.segment(chain, k, 0.0, 1.0 - float(upto[k] - length) / float(each[k])),
+        )
+    )
 
 
 def nearest(chain, point):
@@ -100,10 +116,20 @@ def nearest(chain, point):
 
 
 def sound(chain):
-    """A chain without elements of no length, and with lines for arcs so short that rounding could make full circles of them."""
+    """A chain without elements of no length, and with lines for arcs so short that rounding could make full circles of
+    them."""
     chord = np.hypot(*(chain.end - chain.start).T)
     keep = (chord > NOTHING_MM) | (np.abs(chain.sweep) > math.pi)
     arc = chain.is_arc & ((chord >= SHORT_MM) | (np.abs(chain.sweep) > math.pi))
-    chain = elements.take(Elements(chain.start, chain.end, np.where(arc[:, None], chain.centre, 0.0), np.where(arc, chain.radius, 0.0),
-                                   chain.start_angle, np.where(arc, chain.sweep, 0.0)), keep)
+    chain = elements.take(
+        Elements(
+            chain.start,
+            chain.end,
+            np.where(arc[:, None], chain.centre, 0.0),
+            np.where(arc, chain.radius, 0.0),
+            chain.start_angle,
+            np.where(arc, chain.sweep, 0.0),
+        ),
+        keep,
+    )
     return chain

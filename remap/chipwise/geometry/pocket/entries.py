@@ -3,6 +3,7 @@
 
 Called by cycles/pocket.py.  Lengths mm, angles rad.
 """
+
 import math
 from dataclasses import dataclass
 
@@ -23,6 +24,7 @@ SHORTEST_RAMP = 2.0
 @dataclass(frozen=True)
 class Helix:
     """Full turns about a centre, from the Track's start back to it."""
+
     centre: tuple
     ccw: bool
     radius: float
@@ -32,7 +34,8 @@ class Helix:
 @dataclass(frozen=True, eq=False)
 class Ramp:
     """Legs to and fro over the first elements of a Track, ending at its start."""
-    segments: tuple                     # of Elements, there and back in turn
+
+    segments: tuple  # of Elements, there and back in turn
     pairs: int
 
 

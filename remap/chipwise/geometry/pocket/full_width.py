@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """How far the tool cuts its full width along the Tracks of a machinable region: the first cut of an area, slots, necks.
 
-Called by cycles/pocket.py for P0 to P3; P4 has it from its certificate (engage_proof.py).  The engagement is read exactly, from the lines and
-arcs of the path so far (engage_ground.py).  Lengths mm.
+Called by cycles/pocket.py for P0 to P3; P4 has it from its certificate (engage_proof.py).  The engagement is read
+exactly, from the lines and arcs of the path so far (engage_ground.py).  Lengths mm.
 """
+
 import numpy as np
 
 from chipwise.geometry.base import elements
@@ -19,7 +20,8 @@ NO_AREA_MM2 = 1e-6
 
 
 def full_width(region, tracks, entered, radius):
-    """[(x, y, mm, engagement)] of the places of a level with full width.  entered: {number of a Track: Elements that its entry has cut}."""
+    """[(x, y, mm, engagement)] of the places of a level with full width.  entered: {number of a Track: Elements that
+    its entry has cut}."""
     if region.area <= NO_AREA_MM2:
         return _line(tracks)
     ground, found = Ground(region.contours, radius), []
@@ -32,14 +34,19 @@ def full_width(region, tracks, entered, radius):
 
 
 def _coarse(chain, spacing):
-    """A chain with chords for rows of elements that are shorter together than the spacing: thousands of short ones are asked for as quickly as a few long ones."""
+    """A chain with chords for rows of elements that are shorter together than the spacing: thousands of short ones are
+    asked for as quickly as a few long ones."""
     length = elements.lengths(chain)
     cell, short = np.floor((np.cumsum(length) - length) / spacing), length < spacing
     first = np.flatnonzero(np.concatenate(([True], (np.diff(cell) > 0.0) | ~short[1:] | ~short[:-1])))
     last = np.append(first[1:], len(chain)) - 1
     chord = make_lines(chain.start[first], chain.end[last])
-    return Elements(*(np.where((first == last).reshape(-1, *[1] * (one.ndim - 1)), one[first], other)
-                      for one, other in zip(_columns(chain), _columns(chord))))
+    return Elements(
+        *(
+            np.where((first == last).reshape(-1, *[1] * (one.ndim - 1)), one[first], other)
+            for one, other in zip(_columns(chain), _columns(chord))
+        )
+    )
 
 
 def _columns(e):

@@ -5,6 +5,7 @@ Called by cycles/pocket.py for the operator's message.  The small rest in an inn
 every round tool leaves, is not one of them: a region counts where it reaches further than a tool
 radius beyond the tool's edge (corners sharper than 60 degrees do).
 """
+
 from dataclasses import dataclass
 
 from chipwise.geometry.base import polygons
@@ -20,6 +21,7 @@ SMALLEST = 1e-3
 @dataclass(frozen=True)
 class InaccessibleArea:
     """area mm2; x, y mm: a position inside it."""
+
     area: float
     x: float
     y: float
@@ -37,8 +39,8 @@ def inaccessible(pocket, regions, distance):
     else:
         rest, far = free, None
     found = []
-    for part in polygons.large_parts(rest, SMALLEST * distance ** 2):
-        if far is None or polygons.large_parts(polygons.subtract(part, far), SMALLEST * distance ** 2):
+    for part in polygons.large_parts(rest, SMALLEST * distance**2):
+        if far is None or polygons.large_parts(polygons.subtract(part, far), SMALLEST * distance**2):
             found.append(InaccessibleArea(polygons.area_of(part), *polygons.point_in(part)))
     return tuple(sorted(found, key=lambda u: -u.area))
 

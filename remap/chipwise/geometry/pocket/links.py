@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""Links at the level from one Track of a machinable region to the next, over ground that the Tracks before have cleared.
+"""Links at the level from one Track of a machinable region to the next, over ground that the Tracks before have
+cleared.
 
 Called by cycles/pocket.py for every strategy but P4, which makes its own.  Lengths mm.
 
-A link is tried straight, then back along the Track that has just ended (which is cleared, whatever lies beside it) with as few
-bends as its ground allows, then by a search over the region.  All that the tool sweeps on a line that no Track ran is asked for,
-exactly (engage_ground.py).  Where the traverse clearance is at the tool's side the middle of a line is a rapid.
+A link is tried straight, then back along the Track that has just ended (which is cleared, whatever lies beside it) with
+as few bends as its ground allows, then by a search over the region.  All that the tool sweeps on a line that no Track
+ran is asked for, exactly (engage_ground.py).  Where the traverse clearance is at the tool's side the middle of a line
+is a rapid.
 """
+
 import heapq
 import math
 from dataclasses import dataclass
@@ -40,12 +43,14 @@ NO_AREA_MM2 = 1e-6
 @dataclass(frozen=True, eq=False)
 class Piece:
     """Elements of a link, at the feed at the level, or lines of rapids lifted a little."""
+
     elements: Elements
     rapid: bool = False
 
 
 def known_starts(tracks):
-    """For each Track whether what the tool covers at its start is cleared at this level: it lies on an earlier one, or the Track says so."""
+    """For each Track whether what the tool covers at its start is cleared at this level: it lies on an earlier one, or
+    the Track says so."""
     path, known, done = elements.join([track.elements for track in tracks]), [], 0
     for track in tracks:
         gap = elements.distances(path, np.arange(done), np.broadcast_to(track.start, (done, 2)))
@@ -55,8 +60,8 @@ def known_starts(tracks):
 
 
 def linked(region, tracks, radius, clearance, feed_mm_s):
-    """For each Track the Pieces that lead to its start from the end of the one before; None: the tool has to lift, as the start is
-    in stock, or no route was found."""
+    """For each Track the Pieces that lead to its start from the end of the one before; None: the tool has to lift, as
+    the start is in stock, or no route was found."""
     known = known_starts(tracks)
     if not any(known) or region.area < NO_AREA_MM2:
         return [None] * len(tracks)
@@ -93,11 +98,13 @@ class _Linker:
 
     def _free(self, a, b):
         """Whether the tool meets nothing on a straight line."""
-        return self.ground.swept(chains.line(a, b), -engage_links.RIM_MM, engage_links.FINE_MM) and clear_segment(self.region, a, b)
+        return self.ground.swept(chains.line(a, b), -engage_links.RIM_MM, engage_links.FINE_MM) and clear_segment(
+            self.region, a, b
+        )
 
     def _shortened(self, chain, is_cleared):
-        """A chain in single elements, lines instead of as much of it as they can be; None where one is not over cleared ground.
-        is_cleared: the tool has been all along the chain."""
+        """A chain in single elements, lines instead of as much of it as they can be; None where one is not over cleared
+        ground.  is_cleared: the tool has been all along the chain."""
         found, k, count = [], 0, len(chain)
         while k < count:
             last = count
@@ -132,14 +139,16 @@ class _Linker:
     def _seen(self, end, place, free):
         """Indices of the nearest free place that a straight line leads to; None."""
         known = np.argwhere(free)
-        for k in np.argsort(np.hypot(*(place[free] - end).T), kind="stable")[:engage_links.NEAREST]:
+        for k in np.argsort(np.hypot(*(place[free] - end).T), kind="stable")[: engage_links.NEAREST]:
             if self._free(end, place[tuple(known[k])]):
                 return tuple(known[k].tolist())
         return None
 
     def _paced(self, route):
         """Pieces of single elements: the middle of a line is a rapid where that is quicker."""
-        return tuple(piece for e in route for piece in ([Piece(e)] if e.is_arc[0] else self._with_rapid(e.start[0], e.end[0])))
+        return tuple(
+            piece for e in route for piece in ([Piece(e)] if e.is_arc[0] else self._with_rapid(e.start[0], e.end[0]))
+        )
 
     def _with_rapid(self, a, b):
         count = max(1, math.ceil(math.dist(a, b) / SPACING_MM))
@@ -147,11 +156,15 @@ class _Linker:
         first, last = _longest(self.ground.rim(place, -self.clearance))
         length = math.dist(a, b) * max(last - first, 0) / count
         rapid = chains.line(place[first], place[last])
-        if (engage_links.rapid_seconds(length) + engage_links.STOP_S >= length / self.feed_mm_s
-                or not self.ground.swept(rapid, self.clearance, engage_links.FINE_MM)):
+        if engage_links.rapid_seconds(length) + engage_links.STOP_S >= length / self.feed_mm_s or not self.ground.swept(
+            rapid, self.clearance, engage_links.FINE_MM
+        ):
             return [Piece(chains.line(a, b))]
-        return ([Piece(chains.line(a, place[first]))] * (first > 0) + [Piece(rapid, True)]
-                + [Piece(chains.line(place[last], b))] * (last < count))
+        return (
+            [Piece(chains.line(a, place[first]))] * (first > 0)
+            + [Piece(rapid, True)]
+            + [Piece(chains.line(place[last], b))] * (last < count)
+        )
 
 
 def shortest(free, first, last):
@@ -187,7 +200,8 @@ def _longest(flags):
 
 
 def _back(track, to):
-    """(the chain back along a Track from its end to the place of it nearest to another, (distance between both, the place))."""
+    """(the chain back along a Track from its end to the place of it nearest to another, (distance between both, the
+    place))."""
     chain = track.elements
     gap, index, t = chains.nearest(chain, to)
     length = float(elements.lengths(chain)[index])

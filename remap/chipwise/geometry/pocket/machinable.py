@@ -5,6 +5,7 @@ Called by cycles/pocket.py for the pocket, and by rings.py for every ring of it.
 necks are narrower than the tool falls into several machinable regions.  The work is done by kernel.py:
 every ring comes from the original contours, so nothing adds up from ring to ring.
 """
+
 import numpy as np
 
 from chipwise.geometry.base import elements, winding
@@ -36,12 +37,14 @@ def machinable_regions(pocket, distance):
     owned = {k: [] for k in outer}
     for k in set(range(len(loops))) - set(outer):
         owner = _owner(loops, area, outer, k)
-        if owner is None:                         # a path there and back that rounding turned
+        if owner is None:  # a path there and back that rounding turned
             owned[k] = []
         else:
             owned[owner].append(loops[k])
-    return tuple(MachinableRegion(_one_spot(loops[k]) if point_contacts[k] else loops[k], tuple(owned[k]), pocket,
-                       distance) for k in sorted(owned))
+    return tuple(
+        MachinableRegion(_one_spot(loops[k]) if point_contacts[k] else loops[k], tuple(owned[k]), pocket, distance)
+        for k in sorted(owned)
+    )
 
 
 def _owner(loops, area, outer, hole):
@@ -49,8 +52,9 @@ def _owner(loops, area, outer, hole):
     count = len(loops[hole])
     index = np.linspace(0, count - 1, min(ASKED, count)).astype(int)
     asked = elements.point_at(loops[hole], index, np.full(len(index), 0.5))
-    holds = [k for k in outer if area[k] > 0.0 and 2 * np.count_nonzero(
-        winding.numbers(loops[k], asked) == 1) > len(index)]
+    holds = [
+        k for k in outer if area[k] > 0.0 and 2 * np.count_nonzero(winding.numbers(loops[k], asked) == 1) > len(index)
+    ]
     return min(holds, key=lambda k: area[k], default=None)
 
 
@@ -71,8 +75,7 @@ def clear_segments(region, start, end):
     moved = np.hypot(*(end - start).T) > 0.0
     clear = np.ones(len(end), bool)
     if moved.any():
-        clear[moved] = clear_lines(region.pocket.clearance_check, start[moved], end[moved],
-                                   region.distance - SLACK_MM)
+        clear[moved] = clear_lines(region.pocket.clearance_check, start[moved], end[moved], region.distance - SLACK_MM)
     return clear
 
 

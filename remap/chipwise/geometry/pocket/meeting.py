@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """What a tool can do in a pocket whose contours meet, as far as it can be computed: paths exactly, regions in chords.
 
-Called by drawing/data.py.  kernel.py names rough shapes and inaccessible regions from the positions where the tool touches
-the contours; if contours cross each other these are no longer the edge of the free area, so here the regions are
-polygons: the free area less what the tool covers from anywhere it may be.
+Called by drawing/data.py.  kernel.py names rough shapes and inaccessible regions from the positions where the tool
+touches the contours; if contours cross each other these are no longer the edge of the free area, so here the regions
+are polygons: the free area less what the tool covers from anywhere it may be.
 """
+
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +27,7 @@ SLIVER_MM = 6.0 * SAGITTA_MM
 @dataclass(frozen=True, eq=False)
 class MeetingResult:
     """As OffsetResult; there are no rough shapes, and the regions' edges are lines."""
+
     paths: tuple
     inaccessible: tuple
     rough: tuple = ()
@@ -55,8 +57,9 @@ def _covered(region, distance):
 def _region(pocket, part):
     """InaccessibleRegion of a polygon."""
     outline, *holes = (_closed_chain(ring) for ring in polygons.rings(part))
-    return InaccessibleRegion(polygons.area_of(part), _lines(pocket, outline), outline, np.arange(len(outline)),
-                             tuple(holes))
+    return InaccessibleRegion(
+        polygons.area_of(part), _lines(pocket, outline), outline, np.arange(len(outline)), tuple(holes)
+    )
 
 
 def _closed_chain(ring) -> Elements:

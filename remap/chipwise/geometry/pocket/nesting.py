@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Which loops of a drawing are pockets and which are islands, in whatever order they were drawn.
 
-Called by cycles/pocket.py and drawing/data.py.  A loop that lies in no other is the boundary of a pocket, what lies in it
-directly is an island, what lies in an island is a pocket again, and so on.  A loop that was drawn twice counts once.
-Loops that cross do not hold one another: what crosses a boundary that was drawn before it is an island of it, and islands
-that cross are one.  So nothing in an island is cut, unless a loop within it says so.
+Called by cycles/pocket.py and drawing/data.py.  A loop that lies in no other is the boundary of a pocket, what lies in
+it directly is an island, what lies in an island is a pocket again, and so on.  A loop that was drawn twice counts once.
+Loops that cross do not hold one another: what crosses a boundary that was drawn before it is an island of it, and
+islands that cross are one.  So nothing in an island is cut, unless a loop within it says so.
 """
+
 from dataclasses import dataclass
 
 from chipwise.geometry.base import chains, loops as chain_loops, polygons
@@ -15,15 +16,16 @@ from chipwise.geometry.offset.kernel import refuse_open
 # How coarsely arcs are flattened to compare areas. mm
 SAGITTA_MM = 1e-3
 
-# A loop lies in another if no more than this share of it is outside, and no more than a gap's width along its outline: what
-# touches from inside is not a crossing.
+# A loop lies in another if no more than this share of it is outside, and no more than a gap's width along its outline:
+# what touches from inside is not a crossing.
 OUTSIDE_SHARE = 0.1
 
 
 @dataclass(frozen=True, eq=False)
 class Nested:
-    """pockets: ((boundary, (island, ..)), ..) in the order of the drawing; doubled: ((contour, the one that it repeats), ..);
-    crossing: ((island, the boundary that it crosses), ..); links: parts that only lead from loop to loop."""
+    """pockets: ((boundary, (island, ..)), ..) in the order of the drawing; doubled: ((contour, the one that it
+    repeats), ..); crossing: ((island, the boundary that it crosses), ..); links: parts that only lead from loop to
+    loop."""
 
     pockets: tuple
     doubled: tuple = ()
@@ -71,9 +73,12 @@ def sort(contours, close_mm, links=()):
     kept = [k for k in range(len(contours)) if k not in doubled]
     inside, crossed = ({k: sets[k] - set(doubled) for k in kept} for sets in (inside, crossed))
     pockets, crossing = _roles(kept, size, inside, crossed)
-    return Nested(tuple((contours[b], tuple(contours[i] for i in islands)) for b, islands in pockets),
-                  tuple((contours[k], contours[m]) for k, m in sorted(doubled.items())),
-                  tuple((contours[k], contours[m]) for k, m in crossing), links)
+    return Nested(
+        tuple((contours[b], tuple(contours[i] for i in islands)) for b, islands in pockets),
+        tuple((contours[k], contours[m]) for k, m in sorted(doubled.items())),
+        tuple((contours[k], contours[m]) for k, m in crossing),
+        links,
+    )
 
 
 def _roles(kept, size, inside, crossed):
@@ -87,5 +92,7 @@ def _roles(kept, size, inside, crossed):
             if over:
                 is_island[k] = True
                 crossing.append((k, over[0]))
-    pockets = [(b, [k for k in kept if is_island[k] and (parent[k] == b or k in crossed[b])]) for b in kept if not is_island[b]]
+    pockets = [
+        (b, [k for k in kept if is_island[k] and (parent[k] == b or k in crossed[b])]) for b in kept if not is_island[b]
+    ]
     return pockets, crossing

@@ -16,6 +16,7 @@ Departures: the abstract says nothing of the first and the last path, of islands
    last comes first, then the one whose start is nearest.
 5. The outline is run once more at the end, without the stops of the traverses.
 """
+
 import numpy as np
 
 from chipwise.geometry.pocket.scan import scan
@@ -38,7 +39,7 @@ class _Order:
     def __init__(self, rows):
         self.rows = rows
         self.done = np.zeros(rows.chords, bool)
-        self.waiting = np.array([len(a) for a in rows.above], int)      # chords above still to cut
+        self.waiting = np.array([len(a) for a in rows.above], int)  # chords above still to cut
         self.below = [[] for _ in range(rows.chords)]
         for chord, above in enumerate(rows.above):
             for other in above:
@@ -84,7 +85,7 @@ class _Order:
             chain += rows.chain_of_chord(chord) + rows.chain_of_segment(rows.ends[chord])
             here = int(rows.after[rows.ends[chord]])
             if self._closes(here):
-                chain += rows.chain_of_segment(here)          # over the head and on to the next row
+                chain += rows.chain_of_segment(here)  # over the head and on to the next row
                 here = int(rows.after[here])
             chord = int(rows.chord[here])
             if not rows.is_start[here] or self.done[chord]:
@@ -100,8 +101,13 @@ class _Order:
         that may be cut."""
         rows, onward = self.rows, int(self.rows.after[here])
         follower = int(rows.chord[onward])
-        return bool(rows.is_start[here] and self.done[rows.chord[here]] and rows.is_start[onward]
-                    and not self.done[follower] and not self.waiting[follower])
+        return bool(
+            rows.is_start[here]
+            and self.done[rows.chord[here]]
+            and rows.is_start[onward]
+            and not self.done[follower]
+            and not self.waiting[follower]
+        )
 
     def _take(self, chord):
         self.done[chord] = True

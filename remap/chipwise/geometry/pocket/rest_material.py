@@ -8,6 +8,7 @@ Because the last Tracks run every contour of the machinable region, everything w
 is cut.  So whatever is left lies inside the machinable region, and the tool may be anywhere on it: a piece
 that fits a circle of the tool's radius is gone when the tool has been at that circle's centre.
 """
+
 import numpy as np
 
 from chipwise.geometry.base import elements, polygons
@@ -31,17 +32,17 @@ def rest_parts(region, tracks, radius):
     """Connected regions (polygons.py) of a machinable region that no Track reaches."""
     if not tracks or not region.area > SMALLEST * radius * radius:
         return []
-    area = polygons.area_region(chains.flat(region.boundary, SAGITTA_MM),
-                               [chains.flat(hole, SAGITTA_MM) for hole in region.holes])
-    kerfs = polygons.kerfs([chains.flat(t.elements, SAGITTA_MM) for t in tracks],
-                          radius - SAGITTA_MM, SAGITTA_MM)
+    area = polygons.area_region(
+        chains.flat(region.boundary, SAGITTA_MM), [chains.flat(hole, SAGITTA_MM) for hole in region.holes]
+    )
+    kerfs = polygons.kerfs([chains.flat(t.elements, SAGITTA_MM) for t in tracks], radius - SAGITTA_MM, SAGITTA_MM)
     return polygons.large_parts(polygons.subtract(area, kerfs), SMALLEST * radius * radius)
 
 
 def rest_tracks(region, tracks, radius):
     """Tracks for everything the given ones left inside the tool's reach."""
     centres = [np.array(s) for s in _centres(rest_parts(region, tracks, radius), radius)]
-    centres = [s[allowed(region, s)] for s in centres]     # never trust a polygon with a wall
+    centres = [s[allowed(region, s)] for s in centres]  # never trust a polygon with a wall
     centres = [s for s in centres if len(s)]
     if not centres:
         return ()
@@ -57,8 +58,9 @@ def _centres(parts, radius):
         if size <= 2.0 * (radius - 2.0 * SAGITTA_MM):
             found.append([(x, y)])
             continue
-        found.append([enclosing_circle(polygons.outline_points(cell))[:2]
-                      for cell in polygons.cells(part, CELL * radius)])
+        found.append(
+            [enclosing_circle(polygons.outline_points(cell))[:2] for cell in polygons.cells(part, CELL * radius)]
+        )
     return found
 
 
@@ -69,7 +71,7 @@ def _tour(region, groups, path, here, radius):
         ends = np.array([(g[0], g[-1]) for g in groups])
         gap = np.hypot(*np.moveaxis(ends - here, 2, 0))
         k, last = np.unravel_index(chains.least(gap), gap.shape)
-        group = groups.pop(k)[::-1 if last else 1]
+        group = groups.pop(k)[:: -1 if last else 1]
         for centre in group:
             if points is None or not clear_segment(region, points[-1], centre):
                 made += _track(points)

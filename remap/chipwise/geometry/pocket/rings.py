@@ -16,6 +16,7 @@ the cleared area's edge.  To the next leaf leads a straight slot where one fits,
 shorter than a ramp through the whole depth; the tool lifts only where none does, and between rings
 about different islands.
 """
+
 import math
 from dataclasses import dataclass
 from functools import partial
@@ -52,6 +53,7 @@ SAMPLES, TRIES, SLOT_TRIES = (0.0, 0.25, 0.5, 0.75), 8, 40
 @dataclass(frozen=True, eq=False)
 class _Node:
     """A machinable region at one ring, its loops in the direction of travel, and the machinable regions within it."""
+
     region: MachinableRegion
     loops: tuple
     children: list
@@ -64,7 +66,7 @@ class _Toolpath:
     def __init__(self, root, walls=None):
         self.root, self.walls = root, walls
         self.done, self.parts, self.flags, self.here = [], [], [], None
-        self.cut = []                             # (loop, machinable region of its ring), in cutting order
+        self.cut = []  # (loop, machinable region of its ring), in cutting order
 
     def lift(self, to):
         """Ends the Track; the next starts at a position (2,) mm."""
@@ -167,8 +169,11 @@ def _prune(node, radius, step):
     position in a leaf is deeper than its outline's length over 2 pi."""
     for child in node.children:
         _prune(child, radius, step)
-    node.children[:] = [c for c in node.children if c.children or step + sum(
-        np.sum(elements.lengths(loop)) for loop in c.loops) / (2.0 * np.pi) > radius]
+    node.children[:] = [
+        c
+        for c in node.children
+        if c.children or step + sum(np.sum(elements.lengths(loop)) for loop in c.loops) / (2.0 * np.pi) > radius
+    ]
 
 
 def _cut(toolpath, node, radius, step):
@@ -218,7 +223,8 @@ def _beside(toolpath, node, cut, left, radius, step):
 
 
 def _pair(here, cut, left, reach, region):
-    """(index of a loop, position, machinable region of that position): a position on a loop already cut, at most `reach`
+    """(index of a loop, position, machinable region of that position): a position on a loop already cut, at most
+    `reach`
     (mm) from a loop that is left, with a clear link there, the nearest of them; or None."""
     best = (np.inf,)
     for k, other in enumerate(left):
@@ -236,8 +242,8 @@ def _pair(here, cut, left, reach, region):
 
 
 def _slot(toolpath, left, reach):
-    """(index of a loop, position on it, position, machinable region of that position): from a loop already cut straight to
-    a loop that is left, inside the whole machinable region and not longer than `reach` (mm); or None."""
+    """(index of a loop, position on it, position, machinable region of that position): from a loop already cut straight
+    to a loop that is left, inside the whole machinable region and not longer than `reach` (mm); or None."""
     best = (np.inf,)
     for k, other in enumerate(left):
         index = np.repeat(np.arange(len(other)), 2)
@@ -259,8 +265,9 @@ def _slot(toolpath, left, reach):
 
 
 def _shortest(positions, ends, here, reach, gaps):
-    """The SLOT_TRIES cheapest slots from positions (a, 2) to ends (b, 2), not longer than `reach` (mm): cost (k,) mm, rising;
-    indices (k,), (k,).  gaps(positions, reach) gives the least length (a,) mm that a slot from each can have."""
+    """The SLOT_TRIES cheapest slots from positions (a, 2) to ends (b, 2), not longer than `reach` (mm): cost (k,) mm,
+    rising; indices (k,), (k,).  gaps(positions, reach) gives the least length (a,) mm that a slot from each can
+    have."""
     half_gap = 0.5 * np.hypot(*(positions - here).T)
     least, order = half_gap, np.arange(len(positions))
     if len(positions) * len(ends) > AT_ONCE:
@@ -272,7 +279,7 @@ def _shortest(positions, ends, here, reach, gaps):
     for first in range(0, len(order), size):
         if len(cost) == SLOT_TRIES and least[order[first]] > cost[-1] + 2.0 * chains.SNAP_MM:
             break
-        rows = np.sort(order[first:first + size])
+        rows = np.sort(order[first : first + size])
         gap = np.hypot(*(positions[rows, None] - ends).transpose(2, 0, 1))
         more = np.where(gap <= reach, gap + half_gap[rows, None], np.inf).ravel()
         near = np.flatnonzero(np.isfinite(more))

@@ -21,6 +21,7 @@ No residue: a point of the machinable region is within half a gap of a row, or t
 what lies outside the machinable region within the tool's reach is nearest to the outline.  So rows and outline
 together reach everything while the gap is at most the tool's diameter.
 """
+
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -65,6 +66,7 @@ class Scan:
     same backwards, the chords, the same backwards; begin (k,) int: where in it a crossing's outline
     piece begins; loops: (first, last) of each contour in it.
     """
+
     chord: np.ndarray
     is_start: np.ndarray
     after: np.ndarray
@@ -153,7 +155,7 @@ def _monotone(e, v):
     """Pieces (element, t0, t1) of a run within which v only rises or only falls."""
     towards = np.arctan2(v[1], v[0])
     cuts = [np.zeros(len(e)), np.ones(len(e))]
-    for turn in range(-2, 5):           # start angles lie within -2 pi .. 3 pi, sweeps within 2 pi
+    for turn in range(-2, 5):  # start angles lie within -2 pi .. 3 pi, sweeps within 2 pi
         t = (towards + turn * np.pi - e.start_angle) / np.where(e.is_arc, e.sweep, 1.0)
         cuts.append(np.where(e.is_arc & (t > 0.0) & (t < 1.0), t, 0.0))
     cuts = np.sort(np.stack(cuts, axis=1), axis=1)
@@ -248,7 +250,7 @@ def _assemble(contours, e, u, element, t, row, rising):
     chord[order] = np.arange(k) // 2
     bounds = np.cumsum([0] + [len(c) for c in contours])
     loop = np.searchsorted(bounds, element, side="right") - 1
-    start = np.searchsorted(element, bounds)                # first crossing of each contour
+    start = np.searchsorted(element, bounds)  # first crossing of each contour
     after, before = np.arange(1, k + 1), np.arange(-1, k - 1)
     for a, b in zip(start, start[1:]):
         if b > a:
@@ -256,23 +258,39 @@ def _assemble(contours, e, u, element, t, row, rising):
     edges = bounds + start
     parts = split_at(e, element, t, point)
     lines = elements.make_lines(point[order[::2]], point[order[1::2]])
-    pool = elements.join((parts, elements.reverse(parts), lines,
-                          elements.make_lines(lines.end, lines.start)))
-    return Scan(chord, rising, after, before, point, order[::2], order[1::2],
-                element + np.arange(k) + 1, loop,
-                tuple((int(a), int(b)) for a, b in zip(edges, edges[1:])), len(parts), pool)
+    pool = elements.join((parts, elements.reverse(parts), lines, elements.make_lines(lines.end, lines.start)))
+    return Scan(
+        chord,
+        rising,
+        after,
+        before,
+        point,
+        order[::2],
+        order[1::2],
+        element + np.arange(k) + 1,
+        loop,
+        tuple((int(a), int(b)) for a, b in zip(edges, edges[1:])),
+        len(parts),
+        pool,
+    )
 
 
 def split_at(e, element, t, point):
     """A run cut at parameters t of elements (k,), sorted; each cut makes one element more."""
     index = np.sort(np.concatenate((np.arange(len(e)), element)))
-    cut = element + np.arange(len(element)) + 1             # the elements that begin at a cut
+    cut = element + np.arange(len(element)) + 1  # the elements that begin at a cut
     t0, t1 = np.zeros(len(index)), np.ones(len(index))
     t0[cut], t1[cut - 1] = t, t
     start, end = e.start[index].copy(), e.end[index].copy()
     start[cut], end[cut - 1] = point, point
-    return Elements(start, end, e.centre[index], e.radius[index],
-                    e.start_angle[index] + t0 * e.sweep[index], e.sweep[index] * (t1 - t0))
+    return Elements(
+        start,
+        end,
+        e.centre[index],
+        e.radius[index],
+        e.start_angle[index] + t0 * e.sweep[index],
+        e.sweep[index] * (t1 - t0),
+    )
 
 
 def _neighbours(scan_):
@@ -285,6 +303,7 @@ def _neighbours(scan_):
             root[k] = root[root[k]]
             k = root[k]
         return k
+
     chord = scan_.chord.tolist()
     for a, b in enumerate(scan_.after.tolist()):
         down, last = scan_.is_start[a], scan_.is_start[b]

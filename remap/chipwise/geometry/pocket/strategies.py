@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The strategies of G79 by their number P.  Called by cycles/pocket.py."""
+
 from chipwise.geometry.pocket.concentric import concentric
 from chipwise.geometry.pocket.oneway import one_way
 from chipwise.geometry.pocket.rings import contour_parallel

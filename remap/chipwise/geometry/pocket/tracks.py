@@ -21,6 +21,7 @@ What holds for the Tracks of one machinable region:
    solid costs an entry too.
 3. The last Track or Tracks run every contour of the machinable region once, as `climb` says.
 """
+
 from dataclasses import dataclass
 from typing import Optional
 
@@ -42,6 +43,7 @@ class MachinableRegion:
     pocket, distance: the original contours and their distance, mm, from which rings.py makes
     every ring anew (kernel.py: pocket_ring).
     """
+
     boundary: Elements
     holes: tuple = ()
     pocket: Optional[Pocket] = None
@@ -66,6 +68,7 @@ class Track:
     contour of the machinable region and nothing else, but for the arcs onto and off it.  cleared: all that the tool
     covers at its start is cleared before, though no Track may have been there.
     """
+
     elements: Elements
     cutting: np.ndarray
     wall: bool = False

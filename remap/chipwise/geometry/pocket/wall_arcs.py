@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Arcs onto and off the finished walls of a machinable region, and how far the tool runs on over the seam.
 
-Called by cycles/pocket.py, which gives Walls to the strategies P0 to P3: rings.py and concentric.py, whose last ring comes from the ring
-beside it, and led() for walls that are Tracks of their own.  Lengths mm, angles rad.
+Called by cycles/pocket.py, which gives Walls to the strategies P0 to P3: rings.py and concentric.py, whose last ring
+comes from the ring beside it, and led() for walls that are Tracks of their own.  Lengths mm, angles rad.
 
-A wall is come onto tangent to it, and left tangent to it: a tool that strikes it square, turns or dwells on it leaves a mark.  Every arc is
-asked for by exact distances whether it keeps within the region.  Where none does, the path is as it is without arcs.
+A wall is come onto tangent to it, and left tangent to it: a tool that strikes it square, turns or dwells on it leaves a
+mark.  Every arc is asked for by exact distances whether it keeps within the region.  Where none does, the path is as it
+is without arcs.
 """
+
 import math
 from dataclasses import replace
 
@@ -21,7 +23,8 @@ from chipwise.geometry.pocket.machinable import clear_segment
 # Radii of arcs onto and off a wall, in tool radii: the first that fits.
 ONTO, OFF = (2.0, 1.0, 0.5, 0.25, 0.12, 0.05), (0.5, 0.25, 0.12, 0.05)
 
-# An arc off a wall turns by the first, or the second where that has no room; one onto a wall from cleared ground by one of the third. rad
+# An arc off a wall turns by the first, or the second where that has no room; one onto a wall from cleared ground by one
+# of the third. rad
 AWAY, LESS_AWAY = math.radians(60.0), math.radians(30.0)
 TOWARDS = np.radians((60.0, 90.0, 35.0))
 
@@ -57,15 +60,19 @@ class Walls:
     # ---- from a ring beside a wall -----------------------------------------------------------------------------------
 
     def onto(self, here, heading, loop, step):
-        """(chain, (index, t)) from a place beside a closed contour to a place of the contour, tangent to it there; None.  heading: of the path that ends
-        here; None: any."""
+        """(chain, (index, t)) from a place beside a closed contour to a place of the contour, tangent to it there;
+        None.  heading: of the path that ends here; None: any."""
         gap, index, t = chains.nearest(loop, here)
         if gap <= chains.SNAP_MM or not solid(loop):
             return None
         if heading is None:
             heading = _heading(loop, index, t)
         total, station = float(elements.lengths(loop).sum()), chains.station_of(loop, index, t)
-        at = [chains.snapped(loop, *chains.position_at(loop, station + a * step)) for a in AHEAD if a * step <= 0.3 * total]
+        at = [
+            chains.snapped(loop, *chains.position_at(loop, station + a * step))
+            for a in AHEAD
+            if a * step <= 0.3 * total
+        ]
         for position in at:
             chain = self._curve(here, heading, loop, position)
             if chain is not None:
@@ -81,7 +88,11 @@ class Walls:
         """Two arcs, tangent to the path that ends here, to one another and to the contour; None."""
         end = chains.point(loop, *position)
         chain = fitted(np.array(((*here, heading), (*end, _heading(loop, *position)))), 1.0)
-        if not len(chain) or np.abs(chain.sweep).max() > BENT or elements.lengths(chain).sum() > 1.5 * math.dist(here, end):
+        if (
+            not len(chain)
+            or np.abs(chain.sweep).max() > BENT
+            or elements.lengths(chain).sum() > 1.5 * math.dist(here, end)
+        ):
             return None
         return chain if inside(self.ground, chain) else None
 
@@ -93,12 +104,16 @@ class Walls:
         if away <= radius:
             return None
         along = math.atan2(centre[1] - here[1], centre[0] - here[0]) - self.side * math.asin(radius / away)
-        touch = here + math.sqrt(away ** 2 - radius ** 2) * np.array((math.cos(along), math.sin(along)))
+        touch = here + math.sqrt(away**2 - radius**2) * np.array((math.cos(along), math.sin(along)))
         turn = self.side * (heading - along) % (2.0 * math.pi)
         if turn > ROUND or not clear_segment(self.region, here, touch):
             return None
         arc = make_arcs(touch[None], end[None], centre[None], np.array([radius]), np.array([self.side * turn]))
-        chain = arc if math.dist(here, touch) <= chains.SNAP_MM else elements.join((make_lines(here[None], touch[None]), arc))
+        chain = (
+            arc
+            if math.dist(here, touch) <= chains.SNAP_MM
+            else elements.join((make_lines(here[None], touch[None]), arc))
+        )
         return chain if turn * radius > chains.SNAP_MM and inside(self.ground, arc) else None
 
     # ---- along a wall and off it -------------------------------------------------------------------------------------
@@ -146,7 +161,9 @@ class Walls:
         found = self.from_solid(loop) if here is None else self._from_cleared(loop, here)
         arc, loop = found if found is not None else (None, loop)
         chain = self.finished(loop) if arc is None else elements.join((arc, self.finished(loop)))
-        return replace(track, elements=chain, cutting=np.ones(len(chain), bool), cleared=arc is not None and here is not None)
+        return replace(
+            track, elements=chain, cutting=np.ones(len(chain), bool), cleared=arc is not None and here is not None
+        )
 
     def from_solid(self, loop):
         """(the arc onto the start of a closed contour, the contour), the widest arc that fits; None."""
@@ -156,8 +173,8 @@ class Walls:
         return None if arc is None else (arc, loop)
 
     def _from_cleared(self, loop, here):
-        """(arc, contour from the arc's end): an arc onto a closed contour that begins where all that the tool covers is cleared, straight from `here` over
-        cleared ground if there is one; None."""
+        """(arc, contour from the arc's end): an arc onto a closed contour that begins where all that the tool covers is
+        cleared, straight from `here` over cleared ground if there is one; None."""
         total, other = float(elements.lengths(loop).sum()), None
         for station in total * np.arange(PLACES) / PLACES:
             position = chains.snapped(loop, *chains.position_at(loop, station))
@@ -173,7 +190,11 @@ class Walls:
             for turn in TOWARDS.tolist():
                 arc = self._arc(place, heading, share * self.radius, turn, True)
                 at = make_lines(arc.start, arc.start)
-                if self.ground.rim(arc.start, RIM_MM)[0] and inside(self.ground, arc) and self.ground.swept(at, -RIM_MM, FINE_MM):
+                if (
+                    self.ground.rim(arc.start, RIM_MM)[0]
+                    and inside(self.ground, arc)
+                    and self.ground.swept(at, -RIM_MM, FINE_MM)
+                ):
                     yield arc
 
 

@@ -6,6 +6,7 @@ the tool feeds along the outline to a chord of the next row that is still to cut
 an island or of a bay, until no way leads on.  The next Track begins at the end of a chord that is
 done, next to one that is not, so that only the first Track of a machinable region enters in solid stock.
 """
+
 import numpy as np
 
 from chipwise.geometry.pocket.scan import scan

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Chopping a slug: straight kerfs that divide waste into pieces below a given size, before the contour frees it.
 
-Called by cycles/hole.py: the lines of a circular hole.  slug.py has those of any other shape, line_order.py their order.
-Pure; mm.
+Called by cycles/hole.py: the lines of a circular hole.  slug.py has those of any other shape, line_order.py their
+order.  Pure; mm.
 
 Source: JP H05-7134 B2 (1988), description of fig. 4 and 5.  With its symbols: d the diameter of the hole, H the
 reference size, n = floor((d + H) / H) parts along X and along Y, n - 1 lines parallel to each axis.
@@ -45,7 +45,7 @@ def largest_piece(region, segments, tool_radius):
     largest = 0.0
     outlines = [(_diagonal(outline), outline) for outline in polygons.pieces(region, segments, tool_radius)]
     for diagonal, outline in sorted(outlines, key=lambda item: -item[0]):
-        if diagonal <= largest:     # no circle round a piece is wider than its bounding box's own
+        if diagonal <= largest:  # no circle round a piece is wider than its bounding box's own
             break
         largest = max(largest, piece_size(outline))
     return largest
@@ -75,7 +75,7 @@ def disc_scan_lines(cx, cy, path_radius, extent, parts, axis):
     scan_lines = []
     for k in range(1, parts):
         offset = extent * (2 * k / parts - 1)
-        half = math.sqrt(max(path_radius ** 2 - offset ** 2, 0.0))
+        half = math.sqrt(max(path_radius**2 - offset**2, 0.0))
         if 2 * half > MIN_LINE:
             if axis == 0:
                 scan_lines.append([((cx - half, cy + offset), (cx + half, cy + offset))])
@@ -139,11 +139,15 @@ def _parts_for_full_cells(diameter, tool_radius, size):
 def _disc_pieces_fit(radius, tool_radius, size, parts):
     """all_pieces_fit for a hole (mm), looking at a quarter: the lines are symmetric about both axes.
 
-    The quarter is cut off along a line's middle (the axis for even n, the line beside it for odd), so pieces stay whole.
+    The quarter is cut off along a line's middle (the axis for even n, the line beside it for odd), so pieces stay
+    whole.
     """
     edge = -radius / parts if parts % 2 else 0.0
     quarter = polygons.box(edge, edge, radius, radius)
     slug = polygons.outer_disc(0.0, 0.0, radius - 2 * tool_radius, SAGITTA).intersection(quarter)
-    lines = [(start, end) for start, end in flat_segments(disc_lines(0.0, 0.0, radius, tool_radius, parts))
-             if max(start[0], end[0]) >= edge - EQUAL and max(start[1], end[1]) >= edge - EQUAL]
+    lines = [
+        (start, end)
+        for start, end in flat_segments(disc_lines(0.0, 0.0, radius, tool_radius, parts))
+        if max(start[0], end[0]) >= edge - EQUAL and max(start[1], end[1]) >= edge - EQUAL
+    ]
     return all_pieces_fit(slug, lines, tool_radius, size)

@@ -69,7 +69,7 @@ class Grid:
         r, size = self.radius, size - BRIDGE
         if size <= math.sqrt(2) * r:
             return []
-        cells = (math.sqrt(size ** 2 / 2 - r ** 2) - r, size / math.sqrt(2) - 2 * r)
+        cells = (math.sqrt(size**2 / 2 - r**2) - r, size / math.sqrt(2) - 2 * r)
         return [tuple(math.ceil(span / (cell + 2 * r)) for span in self.span) for cell in cells if cell >= BRIDGE]
 
     def clearing(self):
@@ -95,7 +95,7 @@ class Grid:
         height = self.cell(0, n)
         if height >= size:
             return None
-        width = math.sqrt(size ** 2 - height ** 2)
+        width = math.sqrt(size**2 - height**2)
         return max(1, math.ceil(self.span[1] / (width + 2 * self.radius) + 1e-9))
 
     def at_most(self, size):
@@ -131,7 +131,7 @@ class Grid:
         full = self.full(n, size)
         low, high = 1, full or min(MAX_PARTS, max(1, int(self.span[1] / (2 * self.radius + BRIDGE))))
         last = high
-        while low < high:                       # quick looks find where to begin; what they pass is not yet sure
+        while low < high:  # quick looks find where to begin; what they pass is not yet sure
             middle = (low + high) // 2
             if self._may_fit((n, middle), size):
                 high = middle
@@ -161,8 +161,10 @@ class Grid:
         first[self.starts] = True
         first = np.flatnonzero(first)
         x, y = self.points.T
-        wide = [np.maximum.reduceat(v, first) - np.minimum.reduceat(v, first)
-                for v in (x, y, (x + y) * math.sqrt(0.5), (x - y) * math.sqrt(0.5))]
+        wide = [
+            np.maximum.reduceat(v, first) - np.minimum.reduceat(v, first)
+            for v in (x, y, (x + y) * math.sqrt(0.5), (x - y) * math.sqrt(0.5))
+        ]
         return not np.any((np.max(wide, axis=0) >= size) & (label[first] >= 0))
 
     def _rows(self, axis, n):
@@ -171,7 +173,8 @@ class Grid:
         return [(a + self.radius, b - self.radius) for a, b in zip(at[:-1], at[1:]) if b - a > 2 * self.radius]
 
     def pieces(self, parts, reaching=0.0):
-        """The pieces of the slug, middle row first, without those whose bounding box has a diagonal below `reaching` (mm)."""
+        """The pieces of the slug, middle row first, without those whose bounding box has a diagonal below `reaching`
+        (mm)."""
         columns = self._rows(1, parts[1])
         low_x, high_x = self.low[1], self.low[1] + self.span[1]
         middle = self.low[0] + self.span[0] / 2
@@ -182,8 +185,11 @@ class Grid:
                 first, last = strip.bounds[0], strip.bounds[2]
                 for a, b in columns:
                     if b > first and a < last:
-                        yield from (piece for piece in polygons.clipped(strip, a, low, b, high)
-                                    if polygons.diagonal(piece) >= reaching)
+                        yield from (
+                            piece
+                            for piece in polygons.clipped(strip, a, low, b, high)
+                            if polygons.diagonal(piece) >= reaching
+                        )
 
     def outcome(self, parts):
         """(number of pieces, size of the largest, mm); of very many the number is about right."""
@@ -217,8 +223,10 @@ class Grid:
 
     def groups(self, parts):
         """The scan lines of both groups, turned; where they meet the slug, clipped to the allowed tool centres."""
-        return tuple([line for at in self.positions(axis, n) if (line := self._scan_line(axis, float(at)))]
-                     for axis, n in enumerate(parts))
+        return tuple(
+            [line for at in self.positions(axis, n) if (line := self._scan_line(axis, float(at)))]
+            for axis, n in enumerate(parts)
+        )
 
     def _scan_line(self, axis, at):
         """Segments of one scan line: from a tool's radius before the slug to a tool's radius after it.

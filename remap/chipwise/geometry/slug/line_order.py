@@ -10,7 +10,7 @@ import math
 def _group_stages(group, downwards):
     """One group as stages: per scan line the ways to cut it, each a tuple of directed segments."""
     stages = []
-    for scan_line in (reversed(group) if downwards else group):
+    for scan_line in reversed(group) if downwards else group:
         forward = tuple(scan_line)
         backward = tuple((b, a) for a, b in reversed(scan_line))
         stages.append((forward, backward))
@@ -25,12 +25,15 @@ def _best_chain(stages, start, end, entry_of, exit_of):
         for option in options:
             first = entry_of(option[0])
             inner = sum(math.dist(exit_of(a), entry_of(b)) for a, b in zip(option, option[1:]))
-            length, path, _ = min(((cost + math.dist(here, first) + inner, path, here) for cost, path, here in best),
-                                  key=lambda item: item[0])
+            length, path, _ = min(
+                ((cost + math.dist(here, first) + inner, path, here) for cost, path, here in best),
+                key=lambda item: item[0],
+            )
             reached.append((length, path + (option,), exit_of(option[-1])))
         best = reached
-    length, path, _ = min(((cost + math.dist(here, end), path, here) for cost, path, here in best),
-                          key=lambda item: item[0])
+    length, path, _ = min(
+        ((cost + math.dist(here, end), path, here) for cost, path, here in best), key=lambda item: item[0]
+    )
     return length, [segment for option in path for segment in option]
 
 

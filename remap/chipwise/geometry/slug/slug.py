@@ -120,8 +120,9 @@ def order_chops(chops, start, end, entry_of, exit_of):
     """Directed lines of all slugs: the nearest slug next, each slug's lines as line_order.order_lines has them."""
     waiting, here, ordered = [chop for chop in chops if chop.segments], start, []
     while waiting:
-        paths = [order_lines(chop.groups, here, end if len(waiting) == 1 else here, entry_of, exit_of)
-                for chop in waiting]
+        paths = [
+            order_lines(chop.groups, here, end if len(waiting) == 1 else here, entry_of, exit_of) for chop in waiting
+        ]
         nearest = min(range(len(paths)), key=lambda k: round(math.dist(here, entry_of(paths[k][0])), 6))
         ordered += paths[nearest]
         here = exit_of(ordered[-1])
@@ -131,8 +132,9 @@ def order_chops(chops, start, end, entry_of, exit_of):
 
 def _regions(boundaries, islands, sagitta):
     """Regions of allowed tool centres, drawn with chords."""
-    return polygons.loop_regions([corners(chain, sagitta) for chain in boundaries],
-                                [corners(chain, sagitta) for chain in islands])
+    return polygons.loop_regions(
+        [corners(chain, sagitta) for chain in boundaries], [corners(chain, sagitta) for chain in islands]
+    )
 
 
 def _directions(boundaries):
@@ -190,8 +192,10 @@ class _Slug:
         After the best grid the next two found and finer ones of the best, then grids for smaller pieces, at last lines
         that clear; these first where they are neither more nor longer.
         """
-        clear = min(((grid.lines(parts), grid.angle, grid, parts) for grid in grids for parts in grid.clearing()),
-                    key=lambda t: t[:2])
+        clear = min(
+            ((grid.lines(parts), grid.angle, grid, parts) for grid in grids for parts in grid.clearing()),
+            key=lambda t: t[:2],
+        )
         clear = clear[2].trial(clear[3])
         others = list(found[1:3])
         if found:
@@ -220,7 +224,9 @@ def _probe(slug, size):
     for axis, low, high in ((0, low_x, high_x), (1, low_y, high_y)):
         count = min(max(3, math.ceil(3 * (high - low) / size)), 60)
         for at in low + (high - low) * (np.arange(count) + 0.5) / count:
-            paths += [[(at, a), (at, b)] if axis == 0 else [(a, at), (b, at)] for a, b in polygons.chords(slug, axis, at)]
+            paths += [
+                [(at, a), (at, b)] if axis == 0 else [(a, at), (b, at)] for a, b in polygons.chords(slug, axis, at)
+            ]
     points, starts, here = [], [], 0
     paths = [np.asarray(path, float) for path in paths]
     step = max(size / 16, sum(np.hypot(*np.diff(path, axis=0).T).sum() for path in paths) / PROBES)
