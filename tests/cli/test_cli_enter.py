@@ -181,7 +181,10 @@ def test_a_drawing(tmp_path):
     status, out, err = enter(
         "G79", "--program", POCKET, "-o", tmp_path / "a.svg", "--dark", text="179,-8,,1\n", LANG="de_DE.UTF-8"
     )
-    assert (status, out) == (0, "G79 Q179 Z-8 R1\n") and err.startswith("Werkzeug 3; Schnitte: ") and "down" not in err
+    full, cuts = err.splitlines()
+    assert (status, out) == (0, "G79 Q179 Z-8 R1\n")
+    assert full.startswith("chipwise: G79: the tool cuts its full width over ")  # as in the controller
+    assert cuts.startswith("Werkzeug 3; Schnitte: ") and "down" not in cuts
     text = (tmp_path / "a.svg").read_text()
     assert "Endtiefe: -8 mm" in text and "Tasche räumen" in text and "#14181e" in text
 

@@ -3,6 +3,7 @@
 that dies is replaced
 (monitor/supervisor.py)."""
 
+import itertools
 import os
 import signal
 import subprocess
@@ -182,6 +183,26 @@ def test_another_tool_since_it_was_lost(watched):
     for now in (11.3, 11.4, 15.0):
         watched.follow_load(now)
     assert len(watched.command.said) == 1 and "another tool or another stock" in watched.command.said[0]
+
+
+@pytest.mark.parametrize("ready", [(0, 1), (1, 0)])
+def test_a_load_that_is_found_or_lost_between_two_looks_at_the_pins(watched, monkeypatch, ready):
+    """Which is at a tool change, and on a busy computer at each look; nor are two looks enough that are far apart."""
+    watched.step()
+    watched.component.update({"load-lost": 1, "ready": 1, "mode": 2})
+    for now in (10.0, 11.0):
+        watched.follow_load(now)
+    looks = itertools.cycle(ready)
+
+    class Between(dict):
+        def __getitem__(self, name):
+            return next(looks) if name == "ready" else super().__getitem__(name)
+
+    monkeypatch.setattr(watched, "component", Between(watched.component))
+    for now in (12.0, 13.0, 14.0, 15.0):
+        looks = itertools.cycle(ready)
+        watched.follow_load(now)
+    assert watched.command.said == []
 
 
 def test_a_monitor_in_place_of_another_sets_the_count_back(watched):

@@ -38,7 +38,7 @@ from chipwise.clib.layout import MOTION_ARC, MOTION_FEED, Fault, GuardReason, Li
 
 POLL_S = 0.02
 SETTLE_S = 0.1  # a fallback shorter than this is not worth a message
-LOST_S = 0.5  # a load that is lost for so long stays lost
+LOST_S, LOST_LOOKS = 0.5, 3  # a load that is lost for so long, and in so many looks, stays lost
 REPEAT_S = 30.0  # least time between two messages about the same part
 MAX_FILE_S = 300.0  # the heart beats on for this long while a file is worked on
 MAX_BEATS = 1 << 30
@@ -86,7 +86,7 @@ class Monitor(SpindleTool):
         self.resumes = not first  # M251 may be in force already
         self.begins = self.resumes  # nobody has followed the tool yet
         self.said_lost = False
-        self.lost_since = None  # seen in all looks since then
+        self.lost_since, self.lost_looks = None, 0  # seen in all looks since then
         self.tool_place = ToolPlace()
         self.stock_files = StockFiles(component, settings, self.say, self.working, self.place)
         ini, is_remapped = os.environ.get("INI_FILE_NAME", ""), feed_is_remapped()
@@ -300,12 +300,13 @@ class Monitor(SpindleTool):
     def follow_load(self, now):
         """A load that stays lost, and M251 taken up again in place of a monitor that died: one message each.
 
-        The two pins are read one after the other, and on a busy computer much may have happened between them, at a tool
-        change again and again."""
+        The pins are read one after the other, and on a busy computer much may have happened between them, at a tool
+        change again and again; and two looks may be half a second apart."""
         pins = self.component
-        seen = bool(pins["load-lost"] and pins["ready"] and pins["mode"])
+        seen = bool(pins["ready"] and pins["load-lost"] and pins["ready"] and pins["mode"])
         self.lost_since = (now if self.lost_since is None else self.lost_since) if seen else None
-        lost = seen and now - self.lost_since >= patience(LOST_S)
+        self.lost_looks = self.lost_looks + 1 if seen else 0
+        lost = seen and self.lost_looks >= LOST_LOOKS and now - self.lost_since >= patience(LOST_S)
         if lost and not self.said_lost:
             self.say(NOT_RESUMED)
         elif self.resumes and not self.begins and not seen and pins["ready"] and pins["mode"]:
