@@ -4,6 +4,8 @@
 Called by rings.py, rest_material.py and cycles/pocket.py.  A position is (element index, parameter).
 """
 
+import math
+
 import numpy as np
 
 from chipwise.geometry.base import elements
@@ -57,6 +59,12 @@ def station_of(chain, index, t):
 def point(chain, index, t):
     """(2,) mm"""
     return elements.point_at(chain, np.array([index]), np.array([t]))[0]
+
+
+def heading(chain, index, t):
+    """rad"""
+    x, y = elements.tangent_at(chain, np.array([index]), np.array([t]))[0].tolist()
+    return math.atan2(y, x)
 
 
 def snapped(chain, index, t):

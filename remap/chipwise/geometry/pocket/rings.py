@@ -17,7 +17,6 @@ shorter than a ramp through the whole depth; the tool lifts only where none does
 about different islands.
 """
 
-import math
 from dataclasses import dataclass
 from functools import partial
 
@@ -99,8 +98,7 @@ class _Toolpath:
         if not self.parts:
             return None
         last = self.parts[-1]
-        x, y = elements.tangent_at(last, np.array([len(last) - 1]), np.ones(1))[0].tolist()
-        return math.atan2(y, x)
+        return chains.heading(last, len(last) - 1, 1.0)
 
     def ring(self, loop, position, step, is_wall):
         """All of a ring, from a position of it that the tool can go straight to."""

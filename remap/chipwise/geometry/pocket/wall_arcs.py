@@ -19,6 +19,7 @@ from chipwise.geometry.base.elements import make_arcs, make_lines
 from chipwise.geometry.pocket.engage_ground import Ground, fitted
 from chipwise.geometry.pocket.engage_links import FINE_MM, RIM_MM, inside
 from chipwise.geometry.pocket.machinable import clear_segment
+from chipwise.geometry.pocket.rings import SLANTS
 
 # Radii of arcs onto and off a wall, in tool radii: the first that fits.
 ONTO, OFF = (2.0, 1.0, 0.5, 0.25, 0.12, 0.05), (0.5, 0.25, 0.12, 0.05)
@@ -27,9 +28,6 @@ ONTO, OFF = (2.0, 1.0, 0.5, 0.25, 0.12, 0.05), (0.5, 0.25, 0.12, 0.05)
 # of the third. rad
 AWAY, LESS_AWAY = math.radians(60.0), math.radians(30.0)
 TOWARDS = np.radians((60.0, 90.0, 35.0))
-
-# How far ahead on the wall, in step-overs, a ring beside it leads; as rings.py has it.
-AHEAD = (4.0, 3.0, 2.0, 1.0, 0.5)
 
 # Most turn of each of the two arcs from a ring beside the wall, and of the arc after a line. rad
 BENT, ROUND = math.radians(75.0), math.radians(120.0)
@@ -66,11 +64,11 @@ class Walls:
         if gap <= chains.SNAP_MM or not solid(loop):
             return None
         if heading is None:
-            heading = _heading(loop, index, t)
+            heading = chains.heading(loop, index, t)
         total, station = float(elements.lengths(loop).sum()), chains.station_of(loop, index, t)
         at = [
             chains.snapped(loop, *chains.position_at(loop, station + a * step))
-            for a in AHEAD
+            for a in SLANTS  # as from ring to ring
             if a * step <= 0.3 * total
         ]
         for position in at:
@@ -87,7 +85,7 @@ class Walls:
     def _curve(self, here, heading, loop, position):
         """Two arcs, tangent to the path that ends here, to one another and to the contour; None."""
         end = chains.point(loop, *position)
-        chain = fitted(np.array(((*here, heading), (*end, _heading(loop, *position)))), 1.0)
+        chain = fitted(np.array(((*here, heading), (*end, chains.heading(loop, *position)))), 1.0)
         if (
             not len(chain)
             or np.abs(chain.sweep).max() > BENT
@@ -98,7 +96,7 @@ class Walls:
 
     def _line_and_arc(self, here, loop, position, radius):
         """A line, and an arc tangent to it and to the contour; None."""
-        end, heading = chains.point(loop, *position), _heading(loop, *position)
+        end, heading = chains.point(loop, *position), chains.heading(loop, *position)
         centre = end + self.side * radius * np.array((-math.sin(heading), math.cos(heading)))
         away = math.dist(centre, here)
         if away <= radius:
@@ -127,7 +125,7 @@ class Walls:
 
     def _off(self, chain):
         """[the arc off the end of a chain]; nothing where none fits."""
-        end, heading = chain.end[-1], _heading(chain, len(chain) - 1, 1.0)
+        end, heading = chain.end[-1], chains.heading(chain, len(chain) - 1, 1.0)
         for turn in (AWAY, LESS_AWAY):
             for share in OFF:
                 arc = self._arc(end, heading, share * self.radius, turn, False)
@@ -167,7 +165,7 @@ class Walls:
 
     def from_solid(self, loop):
         """(the arc onto the start of a closed contour, the contour), the widest arc that fits; None."""
-        place, heading = loop.start[0], _heading(loop, 0, 0.0)
+        place, heading = loop.start[0], chains.heading(loop, 0, 0.0)
         arcs = (self._arc(place, heading, share * self.radius, TOWARDS[0], True) for share in ONTO[1:])
         arc = next((arc for arc in arcs if inside(self.ground, arc)), None)
         return None if arc is None else (arc, loop)
@@ -178,7 +176,7 @@ class Walls:
         total, other = float(elements.lengths(loop).sum()), None
         for station in total * np.arange(PLACES) / PLACES:
             position = chains.snapped(loop, *chains.position_at(loop, station))
-            for arc in self._arcs_from_cleared(chains.point(loop, *position), _heading(loop, *position)):
+            for arc in self._arcs_from_cleared(chains.point(loop, *position), chains.heading(loop, *position)):
                 link = make_lines(here[None], arc.start)
                 if self.ground.swept(link, -RIM_MM, FINE_MM) and clear_segment(self.region, here, arc.start[0]):
                     return arc, chains.rotated(loop, *position)
@@ -213,8 +211,3 @@ def over_seam(loop, length):
     index, t = chains.snapped(loop, *chains.position_at(loop, length))
     parts = [elements.take(loop, np.arange(index))] + ([chains.segment(loop, index, 0.0, t)] if t > 0.0 else [])
     return [elements.join(parts)] if sum(map(len, parts)) else []
-
-
-def _heading(chain, index, t):
-    x, y = elements.tangent_at(chain, np.array([index]), np.array([t]))[0].tolist()
-    return math.atan2(y, x)
