@@ -5,7 +5,7 @@
     const AXES = ['X', 'Y', 'Z'], SVG = 'http://www.w3.org/2000/svg', IN = 25.4, GAP = 0.08, ROUND = 32, DEEP = 0.25;
     const $ = (id) => document.getElementById(id);
     const {t, put, token, section, asked, view, hooks} = window.chipwise;
-    let file = {set_ups: {}}, chosen = 0, drag = null, reach = null, shown = '';
+    let file = {set_ups: {}}, chosen = 0, drag = null, reach = null, shown = '', newest = null;
 
     const state = () => window.chipwise.state;
     const inch = () => Boolean(state() && state().task && state().task.inch);
@@ -104,12 +104,22 @@
         list();
     }
 
-    async function read() {
+    async function fetched() {
         const answer = await fetch('clamps.json', {cache: 'no-store'});
         if (!answer.ok) throw new Error(await answer.text());
-        file = await answer.json();
-        put('clamps-file', file.file);
-        list();
+        return answer.json();
+    }
+
+    // Reads may overlap, and an older answer may come later: all wait for the one begun last, and only that one is shown.
+    function read() {
+        const mine = fetched().then((all) => {
+            if (mine !== newest) return newest;
+            file = all;
+            put('clamps-file', file.file);
+            list();
+        });
+        newest = mine;
+        return mine;
     }
 
     // ---- a new clamp -------------------------------------------------------------------------------------------
