@@ -301,6 +301,36 @@ def test_a_line_that_has_ended(driver, rig, failed, words):
     reached(driver, "entry-says", words)
 
 
+# What comes of the stream waits until let_go() is called.
+HELD = """const read = ReadableStreamDefaultReader.prototype.read;
+    const held = new Promise((done) => { window.let_go = done; });
+    ReadableStreamDefaultReader.prototype.read = async function () {
+        const found = await read.call(this);
+        await held;
+        return found;
+    }"""
+
+
+def test_looks_of_before_it_do_not_end_a_line(driver, rig):
+    """A page that is late reads them when the line is handed over: the machine was idle in them."""
+    opened(driver, rig)
+    unlocked(driver)
+    driver.find_element("id", "enter").click()
+    panel_browser.wait(driver, "document.getElementById('code').options.length", "the codes")
+    assert panel_browser.typed(driver, "M252", "")["run"]
+    driver.execute_script(HELD)
+    looks = rig.watch.number
+    rig.wait(lambda: rig.watch.number > looks + 5)
+    rig.machine.tasks["idle"] = False
+    assert panel_browser.pressed_run(driver).startswith("running")
+    looks = rig.watch.number
+    driver.execute_script("let_go()")
+    panel_browser.wait(driver, f"chipwise.state.look > {looks + 2}", "the looks after it")
+    assert text(driver, "entry-says").startswith("running")
+    rig.machine.tasks["idle"] = True
+    reached(driver, "entry-says", "it has ended")
+
+
 def test_the_alarm_of_a_move_of_mdi(driver, rig):
     rig.machine.tasks["auto"] = False
     rig.machine.values.update(guard_reason=float(GuardReason.RAPID_CONTACT), guard_line=4711.0, guard_distance=3.1)

@@ -55,13 +55,14 @@ class LineRequests:
         )
 
     def run(self, number):
-        """Run the line that was planned last."""
+        """Run the line that was planned last; looks at the machine from `look` on are of then or later, those that the
+        page has not read yet may not be."""
         if isinstance(number, bool) or not isinstance(number, int):
             raise Refused(400, "plan is not a whole number")
         found = self.asked(self.server.lines.run, number)
         if "error" in found:
             raise Refused(409, found["error"])
-        self.send_json(200, {"done": True})
+        self.send_json(200, {"done": True, "look": self.server.watch.number})
 
     def guard(self, name, on):
         """Switch a guard on or off."""

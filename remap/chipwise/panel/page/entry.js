@@ -4,8 +4,8 @@
 (function () {
     const WAIT_MS = 150;                // after a key, until the line is looked at
     const $ = (id) => document.getElementById(id);
-    const {t, change, token, put, language, section, able, hooks} = window.chipwise;
-    let codes = [], asked = 0, planned = null, timer = 0, running = 0;     // running: look at which a line was handed over
+    const {t, token, put, language, section, able, hooks, asked} = window.chipwise;
+    let codes = [], newest = 0, planned = null, timer = 0, running = 0;     // running: look at which a line was handed over
 
     const state = () => window.chipwise.state;
     const local = () => window.chipwise.local;
@@ -66,9 +66,9 @@
     // ---- what is typed -----------------------------------------------------------------------------------------
 
     async function look() {
-        const mine = ++asked, query = new URLSearchParams({code: $('code').value, text: $('entry-line').value, chop: chop()});
+        const mine = ++newest, query = new URLSearchParams({code: $('code').value, text: $('entry-line').value, chop: chop()});
         const answer = await fetch('line.json?' + query);
-        if (mine !== asked) return;
+        if (mine !== newest) return;
         const found = answer.ok ? await answer.json() : {error: await answer.text(), number: 0};
         put('entry-gcode', found.line || '');
         rights();
@@ -84,12 +84,12 @@
     async function plan() {
         clearTimeout(timer);
         forget();
-        const mine = ++asked;
+        const mine = ++newest;
         says(t('Planning'));
         const answer = await fetch('plan?' + language(), {method: 'POST', headers: {'Content-Type': 'application/json', ...(token() ? {'X-Chipwise-Token': token()} : {})}, body: JSON.stringify(
             {code: $('code').value, text: $('entry-line').value, chop: chop(), mode: document.documentElement.dataset.theme})});
         const found = answer.ok ? await answer.json() : {error: await answer.text(), number: 0};
-        if (mine !== asked) return;
+        if (mine !== newest) return;
         if (!found.error) planned = found;
         put('entry-gcode', found.line || '');
         $('entry-drawing').hidden = !found.svg;
@@ -100,9 +100,10 @@
     }
 
     async function run() {
-        const refused = await change('run', {plan: planned.plan});
+        let refused = '', look = 0;
+        try { look = (await asked('run', {plan: planned.plan})).look; } catch (error) { refused = error.message; }
         planned = null;
-        running = refused ? 0 : state().look;
+        running = look;
         rights();
         says(refused || t('running; Stop on the screen of LinuxCNC ends it'));
         $('entry-says').className = refused ? 'wrong' : '';
