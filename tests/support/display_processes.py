@@ -19,6 +19,9 @@ from chipwise.monitor import buffers
 from support.display_program import IDLE_POLLS, WAIT_S
 
 HAL_ANSWERS_S = 3.0
+WORKS_S = 2.0  # between two questions whether chipwise-monitor is there and works
+BEAT_PIN = "chipwise-monitor.heartbeat"  # counts its looks
+LOOKS = 6  # an idle computer lets it have more in the shortest wait of a step
 
 
 def send(pid, number):
@@ -102,6 +105,36 @@ class ProcessSteps:
         kill(self.monitors())
         while self.monitors():
             time.sleep(0.01)
+
+    def follow_monitor(self, seen):
+        """Wait until seen(), as long as chipwise-monitor works: a busy computer keeps it from its next look for
+        seconds, and one that is dead or stopped never has another."""
+        end, asked = time.monotonic() + WAIT_S, 0.0
+        while hal.component_exists("chipwise-monitor") and not seen() and time.monotonic() < end:
+            if time.monotonic() > asked + WORKS_S:
+                if not self.monitor_works():
+                    return
+                asked = time.monotonic()
+            time.sleep(0.01)
+
+    def monitor_works(self):
+        """Whether the process of the component lives, and none of the two is stopped; the pins of one that was killed
+        stay, beside those of the next one."""
+        owners = [
+            int(words[3])
+            for words in (line.split() for line in halcmd.attempt("show", "comp").stdout.splitlines())
+            if words[2:3] == ["chipwise-monitor"] and words[3:4] and words[3].isdigit()
+        ]
+        return any(processes.lives(pid) for pid in owners) and not any(
+            processes.stat_fields(pid)[:1] == ["T"] for pid in self.monitors()
+        )
+
+    def monitor_looks(self, before=None):
+        """Wait until chipwise-monitor has looked so often that it has said what there is to say; before: its count at
+        the beginning, now."""
+        if hal.component_exists("chipwise-monitor"):
+            before = hal.get_value(BEAT_PIN) if before is None else before
+            self.follow_monitor(lambda: not 0 <= hal.get_value(BEAT_PIN) - before < LOOKS)
 
     def workers(self):
         """Those of the two that do the work: the children of the others."""

@@ -18,9 +18,6 @@ REST_LOOKS = 4  # at a machine at rest, one after the other, each after a servo 
 RELATIONS = {">": relations.gt, "<": relations.le, "=": relations.eq}
 PERIOD_PIN = "motion-controller.time"  # of the last servo period, ns: never twice the same but by chance
 RUNNING_PIN = "chipwise-monitor.program-running"
-SEEN_S = (
-    15.0  # that a busy computer may keep chipwise-monitor from seeing the end of a program; one that is dead never does
-)
 
 
 class ProgramSteps:
@@ -42,6 +39,7 @@ class ProgramSteps:
             if self.pins("chipwise-guard.0.stop") == ["TRUE"]:
                 self.machine.wait("stand", lambda s: s.current_vel == 0)
                 time.sleep(0.2)
+                self.monitor_looks()  # and says why, before an abort ends the reason
                 return True
             idle = idle + 1 if status.interp_state == linuxcnc.INTERP_IDLE and status.inpos else 0
             time.sleep(0.01)
@@ -120,9 +118,7 @@ class ProgramSteps:
     def end_is_seen(self):
         """Wait until chipwise-monitor knows that no program runs, which a busy computer lets it see long after the
         task's status says so."""
-        end = time.monotonic() + SEEN_S
-        while hal.component_exists("chipwise-monitor") and hal.get_value(RUNNING_PIN) and time.monotonic() < end:
-            time.sleep(0.01)
+        self.follow_monitor(lambda: not hal.get_value(RUNNING_PIN))
         time.sleep(0.02)  # and a few servo periods more for those that read the pin
 
     def reverse(self):

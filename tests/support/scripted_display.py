@@ -97,7 +97,7 @@ from chipwise.host import halcmd  # noqa: E402
 from chipwise.headless import log as runlog  # noqa: E402
 from chipwise.headless import sampling, session  # noqa: E402
 
-from support.display_processes import ProcessSteps  # noqa: E402
+from support.display_processes import BEAT_PIN, ProcessSteps  # noqa: E402
 from support.display_program import RELATIONS, WAIT_S, ProgramSteps  # noqa: E402
 from support.servo_record import Record, RecordError  # noqa: E402
 
@@ -217,8 +217,12 @@ class Operator(ProgramSteps, ProcessSteps):
         return next((found for found in self.machine.messages if STARTED in found), None)
 
     def hear(self, said, text, settle_s=SETTLED_S):
-        """What is said for a while, or until something said contains the text (WAIT_S at most)."""
+        """What is said for a while, in which chipwise-monitor has had some looks, or until something said contains the
+        text (WAIT_S at most)."""
+        before = hal.get_value(BEAT_PIN) if hal.component_exists("chipwise-monitor") else None
         time.sleep(SETTLE_S if text else settle_s)
+        if text is None:
+            self.monitor_looks(before)
         self.machine.poll()
         end = time.monotonic() + WAIT_S
         while text is not None and not any(text in one for one in said()) and time.monotonic() < end:
@@ -265,7 +269,16 @@ class Operator(ProgramSteps, ProcessSteps):
         return found if len(found) == len(names) else [halcmd.getp(name) for name in names]
 
     def position(self):
-        self.machine.poll()
+        """At rest as the pins have it: the status of a busy computer comes behind them."""
+        joints = range(self.machine.status.joints)
+        self.machine.wait(
+            "the place in the status",
+            lambda s: (
+                hal.get_value("motion.current-vel") > 0
+                or all(abs(s.joint_position[k] - hal.get_value(f"joint.{k}.pos-cmd")) < 1e-6 for k in joints)
+            ),
+            WAIT_S,
+        )
         return list(self.machine.status.position[:3])
 
     def modes(self):
