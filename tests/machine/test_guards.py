@@ -244,6 +244,7 @@ AROUND = (
     + "F2000\nG0 Z40\nG0 X-48 Y20\nG0 Z10\nG13 "
 )
 IN_FORCE = ["until", "stock-tracker.0.clamp-count", ">", 0.5]
+WITHOUT = [["open text", HEAD + "G0 Z40\nM2\n"], ["until", "stock-tracker.0.clamp-count", "<", 0.5]]
 
 
 def to_comment(move):
@@ -258,8 +259,7 @@ def to_comment(move):
         ["abort"],
         ["errors"],
         ["jog", 2, 15, 40],
-        ["open text", HEAD + "G0 Z40\nM2\n"],
-        ["until", "stock-tracker.0.clamp-count", "<", 0.5],
+        *WITHOUT,
     ]
 
 
@@ -289,14 +289,14 @@ def test_a_feed_and_a_traverse_stop_before_the_clamp_of_a_comment(answers):
         ["run_until_stopped", 60],
         ["position"],
         ["errors"],
+        *WITHOUT,
         ["open text", AROUND + "X-15 Y20 I9 Z9 R10\nM2\n"],
         IN_FORCE,
         ["run_until_stopped", 60],
         ["position"],
         ["errors"],
         ["mdi", "G0 Z40"],
-        ["open text", HEAD + "G0 Z40\nM2\n"],
-        ["until", "stock-tracker.0.clamp-count", "<", 0.5],
+        *WITHOUT,
     ],
 )
 def test_a_cycle_is_led_past_the_clamp_of_a_comment(answers):
@@ -304,7 +304,7 @@ def test_a_cycle_is_led_past_the_clamp_of_a_comment(answers):
     _open, known, stopped, position, said = answers[:5]
     assert known is not None and stopped is False and position == pytest.approx([-8.0, 20.0, 10.0], abs=1e-4)
     assert not [text for text in said if "move stopped" in text or "G13" in text], said
-    _open, known, stopped, position, said = answers[5:10]
+    _open, known, stopped, position, said = answers[7:12]
     assert stopped is False and position == pytest.approx([-48.0, 20.0, 10.0], abs=1e-4)
     assert any("G13: a cut of the tool meets the clamp of line 1 at X" in text for text in said), said
 

@@ -78,7 +78,7 @@ def _lines(folder):
         ["pins", "stock-tracker.0.removed-volume"],
         entry(folder, ["G13", "30,20,0,-3"], ["G13", "30,20,2,-3"], HOLE),
         ["until", "stock-tracker.0.removed-volume", ">", 0.995 * DISC],
-        ["sleep", 3.0],
+        ["finish"],
         ["pins", "stock-tracker.0.removed-volume"],
         ["start", LONG],
         ["until", "axis.z.pos-cmd", ">", -18.9],

@@ -231,7 +231,11 @@ def test_without_a_setting_the_page_is_there_and_the_operator_reads_where(tmp_pa
 
 def test_the_port_is_taken(tmp_path):
     """LinuxCNC starts and runs all the same; the log has the reason and the remedy."""
-    taker = "{ /usr/bin/python3 -m http.server 8250 --bind 127.0.0.1 >/dev/null 2>&1 & sleep 2; }"
+    taken = "import socket; socket.create_connection(('127.0.0.1', 8250))"
+    taker = (
+        "{ /usr/bin/python3 -m http.server 8250 --bind 127.0.0.1 >/dev/null 2>&1 & "
+        f'until /usr/bin/python3 -c "{taken}" 2>/dev/null; do sleep 0.1; done; }}'
+    )
     answers = operate(tmp_path, [["start_line"], ["mdi", "G0 X1"], ["program", "sh", "-c", GONE]], before=taker)
     words = (
         "the panel cannot use port 8250 of 127.0.0.1: Address already in use; end the program that uses it, or set "

@@ -29,6 +29,10 @@ G0 Z5
 M30
 %
 """
+# Exact stop: with blends, and at a bend under G61, the acceleration of a move depends on whether the task has sent the
+# next one (tcSetKinkProperties of tc.c), and the first F rests the machine where it ends a ceiling that the E-stop has
+# left.
+OTHER = PROGRAM.replace("G64 P0.01", "G61.1")
 TARGET, F_VEL, AREA = 3000.0, 10.0, 12.0
 PINS = [
     "stock-tracker.0.certain",
@@ -74,11 +78,9 @@ def test_it_is_a_limit_and_ends_with_its_program(tmp_path):
     """Two runs with a new part each, E-stop in the first second; then another program, which runs as on a machine that
     has never seen the first."""
     part, other = with_job(tmp_path / "part.ngc"), tmp_path / "other.ngc"
-    # Exact stop: with blends, and at a bend under G61, the acceleration of a move depends on whether the task has sent
-    # the next one (tcSetKinkProperties of tc.c), and the first F rests the machine where it ends a ceiling that the
-    # E-stop has left.
-    other.write_text(PROGRAM.replace("G64 P0.01", "G61.1"))
-    home, ran, fresh = ["mdi", "G0 X0 Y0 Z20"], ["log", str(other)], [["sleep", 2.0], ["pins", *PINS]]
+    other.write_text(OTHER)
+    home, ran, rest = ["mdi", "G0 X0 Y0 Z20"], ["log", str(other)], [["sleep", 2.0], ["pins", *PINS]]
+    fresh = [["until", REMOVED, "<", 0], *rest]
     alone = operate(tmp_path, [home, ran], edit=LOG_ALONE, speed=1, timeout=200)
     answers = operate(
         tmp_path,
@@ -98,7 +100,8 @@ def test_it_is_a_limit_and_ends_with_its_program(tmp_path):
             ["on"],
             *fresh,
             ["open", str(other)],
-            *fresh,
+            ["until", PINS[0], "=", 0],
+            *rest,
             home,
             ran,
             ["pins", *PINS],
@@ -108,15 +111,15 @@ def test_it_is_a_limit_and_ends_with_its_program(tmp_path):
         timeout=300,
     )
     assert answers[3] == FRESH
-    for errors, log in (answers[4], answers[8]):
+    for errors, log in (answers[4], answers[9]):
         assert errors == [] and _of_the_slots(log) == pytest.approx(TARGET / 60 / AREA, rel=0.02)
-    for end, then in ((answers[5], answers[7]), (answers[9], answers[11])):
+    for end, then in ((answers[5], answers[8]), (answers[10], answers[13])):
         assert (
             end[2:4] == ["FALSE", "0"] and 0.9 * TARGET < float(end[5]) <= 1.02 * TARGET and then == FRESH
         )  # the next part
-    stopped, on = answers[15], answers[18]
+    stopped, on = answers[17], answers[21]
     assert stopped[2:4] == ["FALSE", "0"] and on == FRESH
-    loaded, _, (errors, log), last = answers[21:]
+    loaded, _, (errors, log), last = answers[25:]
     assert loaded == last == ["FALSE", "0", "FALSE", "0", "FALSE"] and errors == []
     rows, wanted = (_moved(path) for path in (log, alone[1][1]))
     assert alone[1][0] == [] and len(rows) == len(wanted) > 3000 and np.abs(rows - wanted).max() == 0.0
@@ -173,10 +176,11 @@ def _stops(paths, changed):
         ["begin"],
         ["until", REMOVED, ">", 50],
         ["program", "sh", "-c", f'echo "(more)" >> {changed}'],
-        ["sleep", 1.0],
+        ["until", MODE, "=", 0],
         ["pins", *PINS],
         ["abort"],
         ["messages", "was changed while it ran"],
+        ["until", PINS[0], "=", 0],
         ["sleep", 3.0],
         ["pins", *PINS],
         ["messages", "confirm it again"],
@@ -205,7 +209,7 @@ def test_what_stops_and_what_wins(tmp_path):
     assert own[2:4] == ["FALSE", "1"] and float(own[5]) == 30000.0 and errors == [] and float(own_end[5]) > 1.5 * TARGET
     over, errors, tapped_end = answers[13:16]
     assert over[1] == [2, 2] and over[0][1] <= F_VEL + 1e-6 and errors == [] and float(tapped_end[5]) <= 1.02 * TARGET
-    now, _, said, _, later, again = answers[-6:]
+    now, _, said, _, _, later, again = answers[-7:]
     assert now[2:] == ["FALSE", "0", "FALSE"] and any("was changed while it ran" in text for text in said)
     assert later[0] == "FALSE" and later[4] == "FALSE" and any("confirm it again" in text for text in again)
 

@@ -351,7 +351,7 @@ def test_hostile_files_on_the_machine(tmp_path):
             ["mdi", "M253 P6"],
             ["mdi", "M254 P6"],
             ["pins", "chipwise-monitor.reply", "chipwise-monitor.hold", "chipwise-monitor.heartbeat"],
-            ["sleep", 1],
+            ["messages"],
             ["pins", "chipwise-monitor.heartbeat"],
         ],
         edit=f"{edit}; s#^TOOL_GEOMETRY = .*#TOOL_GEOMETRY = {tmp_path}/tools.toml#",

@@ -28,6 +28,7 @@ pytestmark = pytest.mark.machine
 
 CEILING_VEL, F_VEL = 50.0, 5.0  # mm/s
 SLOT = BEGIN + "G0 X-10 Y20 Z5\nG0 Z-2\nG1 X70\nG0 Z5\nM252\nM2\n"
+SLOW = SLOT.replace("Q6", "Q1.5")  # a busy computer interrupts it before its end, too
 MODE = "volumetric-feed.0.mode"
 X = "axis.x.pos-cmd"
 MILL = Shared("unknown")
@@ -44,14 +45,14 @@ def cut_to(x):
 @pytest.mark.scene(
     MILL,
     [
-        ["start", SLOT],
+        ["start", SLOW],
         ["until", VOLUME, ">", 200],
         ["pause"],
         ["pins", VOLUME],
         ["over", 0.5, FEED, VELOCITY, OVERRIDE_IGNORED],
         ["pins", VOLUME, BY],
         ["resume"],
-        ["until", VOLUME, ">", 500],
+        ["until", VOLUME, ">", 700],
         ["finish"],
         ["pins", VOLUME, FEED, OVERRIDE_IGNORED],
     ],
@@ -61,7 +62,7 @@ def test_pause_and_resume(answers):
     _start, _until, _pause, before, over, after, _resume, going, end, last = answers
     feed, velocity, ignored = over
     assert 0 < feed[0] and feed[1] <= 1 and velocity[1] == 0 and ignored[1] == 0
-    assert values(after)[0] == values(before)[0] and 200 < values(before)[0] < 500 < going
+    assert values(after)[0] == values(before)[0] and 200 < values(before)[0] < 700 < going
     assert end == []
     assert values(last) == [pytest.approx(WHOLE, rel=0.003), 1.0, 0.0]
 
@@ -69,7 +70,7 @@ def test_pause_and_resume(answers):
 @pytest.mark.scene(
     STEPS,
     [
-        ["start", SLOT],
+        ["start", SLOW],
         ["until", VOLUME, ">", 200],
         ["pause"],
         ["step to end"],
@@ -124,7 +125,7 @@ def test_without_a_rate(answers):
 @pytest.mark.scene(
     MILL,
     [
-        ["start", SLOT],
+        ["start", SLOW],
         ["until", VOLUME, ">", 200],
         ["pause"],
         ["reverse"],
@@ -148,8 +149,8 @@ def test_reverse_run(answers):
 @pytest.mark.scene(
     MILL,
     [
-        ["start", SLOT],
-        ["until", VOLUME, ">", 300],
+        ["start", SLOW],
+        ["until", VOLUME, ">", 100],
         ["abort"],
         ["sleep", 0.5],
         ["pins", VOLUME, FEED, "stock-tracker.0.ready", "volumetric-feed.0.mode", OVERRIDE_IGNORED],
@@ -164,7 +165,7 @@ def test_abort_in_the_cut_and_go_on(answers):
     *_, abort, state, position, on, rest, last = answers
     volume, feed, ready, mode, ignored = values(state)
     assert (feed, ready, mode, ignored) == (1.0, 1.0, 0.0, 0.0)
-    assert volume == pytest.approx(cut_to(position[0]), rel=0.004) and volume < 600
+    assert volume == pytest.approx(cut_to(position[0]), rel=0.004) and volume < 700  # so the front is in the stock
     assert (abort, on, rest) == (None, [], [])
     assert values(last) == [pytest.approx(WHOLE, rel=0.003), 1.0]
 
@@ -172,8 +173,8 @@ def test_abort_in_the_cut_and_go_on(answers):
 @pytest.mark.scene(
     MILL,
     [
-        ["start", SLOT],
-        ["until", VOLUME, ">", 300],
+        ["start", SLOW],
+        ["until", VOLUME, ">", 100],
         ["off"],
         ["pins", VOLUME, FEED],
         ["position"],
@@ -410,9 +411,11 @@ def test_f_outlives_a_tool_change(answers):
 @pytest.mark.scene(
     MILL,
     [
+        ["feed override", 0.2],
         ["start", SLOT.replace("M251 Q6 P2 E3000\n", "").replace("F300", "F600")],
-        ["until", VOLUME, ">", 400],
+        ["until", VOLUME, ">", 250],
         ["pause"],
+        ["feed override", 1],
         ["pins", VOLUME],
         ["reverse"],
         ["resume"],
@@ -428,8 +431,8 @@ def test_f_outlives_a_tool_change(answers):
 def test_reverse_run_without_adaptive_feed(answers):
     """No M251: LinuxCNC really goes back along its path, and forward again; going back cuts nothing, nothing is
     lost."""
-    _start, _until, _pause, there, _reverse, _resume, _back, turned, *_, errors, last = answers
-    assert 400 < values(there)[0] < 600
+    _slow, _start, _until, _pause, _fast, there, _reverse, _resume, _back, turned, *_, errors, last = answers
+    assert 250 < values(there)[0] < 700
     assert values(turned) == [pytest.approx(values(there)[0], rel=1e-6), 1.0, 0.0, 0.0]
     assert errors == []
     assert values(last) == [pytest.approx(WHOLE, rel=0.003), 0.0, 0.0]

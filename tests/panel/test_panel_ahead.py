@@ -165,9 +165,7 @@ def test_a_page_gets_path_and_contours(tmp_path):
     with serving(ahead=found) as rig:
         rig.machine.loaded = scene(program)
         rig.looks()
-        page = follow(rig.url, seconds=1.0)
-        rig.wait(lambda: page_of(rig).ahead_points)
-        page = page_of(rig)
+        page = page_with(rig, lambda page: page.ahead_points and page.loops)
         assert page.states[-1]["ahead"]["from"] == 0 and page.states[-1]["ahead"]["note"] == ""
         assert page.ahead_points[0] == (0, 0, 10, 1) and len(page.loops) == 1 and page.loops[0][0] == [10, 10, -4]
         program.write_text(HEAD + "o1 while [1]\no1 endwhile\nM2\n")
@@ -183,6 +181,13 @@ def page_of(rig, seconds=0.5):
     return follow(rig.url, seconds=seconds)
 
 
+def page_with(rig, there):
+    """The first page for which there() is true."""
+    found = []
+    rig.wait(lambda: found.append(page_of(rig)) or there(found[-1]))
+    return found[-1]
+
+
 def test_close_ends_the_process(tmp_path):
     program = tmp_path / "part.ngc"
     program.write_text(HEAD + "o1 while [1]\no1 endwhile\nM2\n")
@@ -190,7 +195,7 @@ def test_close_ends_the_process(tmp_path):
     found.look(0.1, scene(program), False, {"tip": (0, 0, 0), "line": 0, "current_vel": 0}, True)
     child = found._reading._child
     found.close()
-    end = time.monotonic() + 30
+    end = time.monotonic() + 300
     while child.poll() is None and time.monotonic() < end:
         time.sleep(0.01)
     assert child.poll() is not None

@@ -80,6 +80,7 @@ def browser(folder, size=SIZE):
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     options.binary_location = "/usr/bin/chromium"
     driver = webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
+    driver.set_script_timeout(WAIT_S)
     driver.execute_cdp_cmd(
         "Emulation.setDeviceMetricsOverride",
         {"width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": False},
@@ -293,6 +294,7 @@ def typed(driver, code, text, chop="", enter=True):
     wait(
         driver, "!['', 'Planning'].includes(document.getElementById('entry-says').textContent)", "words about the line"
     )
+    wait(driver, "((e) => e.hidden || e.complete)(document.getElementById('entry-drawing'))", "the drawing")
     return {
         "line": driver.find_element("id", "entry-gcode").text,
         "says": driver.find_element("id", "entry-says").text,
