@@ -54,7 +54,7 @@ def test_rewrite(tmp_path, machine):
     before, after = tmp_path / "arc.ngc", tmp_path / "out.ngc"
     before.write_text(LINE.format(ARCS["XY"]))
     done = forked.run(
-        [CHIPWISE, "rewrite", before, "-o", after, "--feed", "2", "--ini", machine], cwd=ROOT, timeout=120
+        [CHIPWISE, "rewrite", before, "-o", after, "--feed", "2", "--ini", machine], cwd=ROOT, timeout=300
     )
     assert done.returncode == 0, done.stdout + done.stderr
     with Reader(str(after), Machine(str(machine))) as reader:

@@ -131,7 +131,7 @@ def test_what_the_text_hides_is_seen_when_it_runs(folder, machine, monkeypatch):
             env=env,
             text=True,
             capture_output=True,
-            timeout=60,
+            timeout=300,
         )
         assert "part.ngc runs Python" in done.stdout and not (folder / MARK).exists(), (name, done.stdout, done.stderr)
 
@@ -165,7 +165,7 @@ def test_remapped_codes_of_the_machine_run(folder, machine):
 def test_the_other_commands(folder, machine, command, name):
     (folder / "part.ngc").write_text(text_of(RUNS[name], folder))
     options = ["-o", str(folder / "out.ngc"), "--flute"] if command == "rewrite" else []
-    done = forked.run([CHIPWISE, command, folder / "part.ngc", "--ini", machine, *options], timeout=60)
+    done = forked.run([CHIPWISE, command, folder / "part.ngc", "--ini", machine, *options], timeout=300)
     said = done.stdout + done.stderr
     assert done.returncode and f"(line {LINE})" in said and "Traceback" not in said and not (folder / MARK).exists(), (
         said

@@ -147,15 +147,15 @@ def test_nothing_is_left_behind(tmp_path):
         stderr=subprocess.DEVNULL,
         env={**os.environ, "TMPDIR": str(scratch)},
     )
-    for _ in range(1200):
+    for _ in range(6000):
         if any(scratch.iterdir()):
             break
         time.sleep(0.05)
     assert any(scratch.iterdir())
     process.terminate()
-    assert process.wait(timeout=120) == 143
+    assert process.wait(timeout=300) == 143
     assert not list(scratch.iterdir())
-    until, marked = time.monotonic() + 120.0, True  # a process that was being started sees its parent's end itself
+    until, marked = time.monotonic() + 300.0, True  # a process that was being started sees its parent's end itself
     while marked and time.monotonic() < until:
         marked = [pid for pid in os.listdir("/proc") if pid.isdigit() and _is_about(pid, str(scratch))]
         time.sleep(0.05)
@@ -176,7 +176,7 @@ def test_the_time_of_children_counts():
 
     process = subprocess.Popen(["/bin/sh", "-c", "sh -c 'while :; do :; done' & wait"], start_new_session=True)
     try:
-        end = time.monotonic() + 60
+        end = time.monotonic() + 300
         while tree_cpu_s(process.pid) < 0.3 and time.monotonic() < end:
             time.sleep(0.05)
         assert tree_cpu_s(process.pid) >= 0.3 and cpu_s(process.pid) < 0.2

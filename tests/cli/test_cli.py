@@ -314,7 +314,7 @@ def test_a_fifo_is_not_waited_for(tmp_path, command):
         text=True,
         stdin=subprocess.DEVNULL,
         capture_output=True,
-        timeout=100,
+        timeout=300,
     )
     assert done.returncode == 2 and ("not a regular file" in done.stderr or "does not exist" in done.stderr), (
         done.stderr

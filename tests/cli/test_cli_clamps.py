@@ -26,7 +26,7 @@ cylinder = [90.0, 60.0, -90.0, -65.0, 12.0]
 
 
 def clamps(path, *arguments):
-    return forked.run([forked.CHIPWISE, "clamps", *(["--file", path] if path else []), *arguments], timeout=60)
+    return forked.run([forked.CHIPWISE, "clamps", *(["--file", path] if path else []), *arguments], timeout=300)
 
 
 def test_list_show_add_and_remove(tmp_path):

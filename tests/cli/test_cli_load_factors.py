@@ -19,7 +19,7 @@ KEPT = {(3, "6061"): 1.312, (3, "C45"): 0.9, (12, "6061"): 2.0, (12, 'old "x"'):
 
 def factors(*arguments, **env):
     return forked.run(
-        [forked.CHIPWISE, "load-factors", *arguments], env={**os.environ, "INI_FILE_NAME": "", **env}, timeout=60
+        [forked.CHIPWISE, "load-factors", *arguments], env={**os.environ, "INI_FILE_NAME": "", **env}, timeout=300
     )
 
 

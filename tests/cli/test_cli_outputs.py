@@ -16,7 +16,7 @@ INI = os.path.join(ROOT, "configs", "mill.ini")
 
 def chipwise(folder, *arguments):
     """CompletedProcess of a command in a folder."""
-    return forked.run([forked.CHIPWISE, *arguments], cwd=folder, timeout=120)
+    return forked.run([forked.CHIPWISE, *arguments], cwd=folder, timeout=300)
 
 
 # (what is read, its content or the file it is a copy of, the command on it, what the message calls it)

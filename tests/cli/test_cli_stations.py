@@ -16,7 +16,7 @@ def stations(path, *arguments, env=None):
     return forked.run(
         [forked.CHIPWISE, "stations", *(["--file", path] if path else []), *arguments],
         env={**os.environ, "INI_FILE_NAME": "", **(env or {})},
-        timeout=60,
+        timeout=300,
     )
 
 

@@ -19,7 +19,7 @@ ABSENT = "stations.toml", "clamps.toml"  # made when first needed
 
 
 def chipwise(*arguments, **options):
-    return forked.run([forked.CHIPWISE, *arguments], timeout=60, **options)
+    return forked.run([forked.CHIPWISE, *arguments], timeout=300, **options)
 
 
 def content(folder):

@@ -17,7 +17,7 @@ ROWS = 20000  # of the sampler: the sender may have to wait as long
 LENT, PORT = 7134, 7135  # of the loopback of each sandbox
 LEND = "loadusr -w /usr/bin/python3 {support}/lend_socket {here}/{name} {port}\n"
 SCRIPTS = {
-    "until_there": "for i in $(seq 400); do [ -e {here}/there ] && exit; sleep 0.05; done\n",
+    "until_there": "for i in $(seq 6000); do [ -e {here}/there ] && exit; sleep 0.05; done\n",
     "until_dead": "for i in 1 2; do sh {support}/wait_pin tracer-slave.0.state 4 | grep -q . || exit 0; done\n",
 }
 # The last packets come while the master rests, within the 5 s.

@@ -29,7 +29,7 @@ def run(ini, path):
         capture_output=True,
         text=True,
         env=clean,
-        timeout=120,
+        timeout=300,
         check=False,
     )
     lines = done.stderr.splitlines()

@@ -296,7 +296,7 @@ def test_a_pattern_of_itself_ends():
 def test_a_sub_that_does_not_end():
     """The planner is lent less computing time than the sub may take; its process has a limit of its own."""
     trace = canon.run_preview(
-        program(["G75 Q100"], ["o100 sub", "G0 X1", "o101 while [1]", "o101 endwhile", "o100 endsub"]), timeout=200
+        program(["G75 Q100"], ["o100 sub", "G0 X1", "o101 while [1]", "o101 endwhile", "o100 endsub"]), timeout=300
     )
     assert (
         "the sub does not end within 5 s of computing time (loops and calls: line 3); correct the loop's condition"

@@ -29,7 +29,7 @@ def back(point, mirror, degrees, shift):
 
 def parts(lines):
     """[moves] of the parts of a program between (begin) and (end)."""
-    trace = canon.run_preview("\n".join([*lines, "M2", ""]), timeout=200)
+    trace = canon.run_preview("\n".join([*lines, "M2", ""]), timeout=300)
     assert not trace.error, trace.error
     calls = json.loads(trace.output.splitlines()[-1])["calls"]
     ends = [0, *(n + 1 for n, (kind, _line, *more) in enumerate(calls) if kind == "comment" and more[0] == "end")]

@@ -182,7 +182,7 @@ def test_no_more_wait_than_asked_for(most, room, expected):
         for datagram in [b"", b"x" * 9000, b"\0" * packets.SIZE, *map(packets.Codec().pack, sent)]:
             sender.sendto(datagram, channel.getsockname())
             time.sleep(0.001)
-    end = time.monotonic() + 60
+    end = time.monotonic() + 300
     while len(counted) < 53 and time.monotonic() < end:
         time.sleep(0.01)
     assert stream.rows == sent[:expected] and counted[-1] == (expected, 0, 50 - expected, 3)
@@ -242,7 +242,7 @@ def test_a_master_answers_its_slave():
             args=(source, channel.getsockname(), lambda *numbers: None, packets.Codec(secret)),
             daemon=True,
         ).start()
-    end = time.monotonic() + 60
+    end = time.monotonic() + 300
     while len(stream.rows) < 100 and time.monotonic() < end:
         time.sleep(0.01)
     rows.has_all = stranger.has_all = True

@@ -14,7 +14,7 @@ pytestmark = pytest.mark.machine
 def test_the_machine_understands_freecad(tmp_path):
     program, log = tmp_path / "posted.ngc", tmp_path / "posted.npz"
     cam_posts.freecad(program, cam_posts.PROFILE.read_text())
-    summary = runner.run_headless(str(program), speed=6.0, log=str(log), timeout=400.0)
+    summary = runner.run_headless(str(program), speed=6.0, log=str(log), timeout=900.0)
     assert summary["finished"] and summary["errors"] == [], summary
     assert summary["stock"] == "program" and summary["rate_target"] == 12000, summary
     with np.load(log) as stored:

@@ -253,7 +253,7 @@ def test_a_map_too_large_for_memory_stops_the_start(tmp_path):
         " && exec linuxcnc -r large.ini"
     )
     done = subprocess.run(
-        [runner.SANDBOX, "--timeout", "60", "--", "sh", "-c", script],
+        [runner.SANDBOX, "--timeout", "600", "--", "sh", "-c", script],
         text=True,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
@@ -290,7 +290,7 @@ def test_three_lines_on_an_existing_machine(tmp_path):
     env = dict(os.environ, CHIPWISE_STEPS=json.dumps(steps), CHIPWISE_ANSWERS=str(answers))
     env.pop("DISPLAY", None)
     done = subprocess.run(
-        [runner.SANDBOX, "--timeout", "90", "--", "sh", "-c", f"cd {folder} && exec linuxcnc -r mine.ini"],
+        [runner.SANDBOX, "--timeout", "600", "--", "sh", "-c", f"cd {folder} && exec linuxcnc -r mine.ini"],
         env=env,
         text=True,
         stdin=subprocess.DEVNULL,

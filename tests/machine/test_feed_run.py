@@ -44,7 +44,7 @@ def slot(tmp_path_factory):
     folder = tmp_path_factory.mktemp("slot")
     program, log = folder / "slot.ngc", folder / "slot.npz"
     program.write_text(PROGRAM)
-    summary = runner.run_headless(str(program), speed=SPEED, log=str(log), timeout=200)
+    summary = runner.run_headless(str(program), speed=SPEED, log=str(log), timeout=900)
     assert summary["exit_status"] == 0 and summary["errors"] == [], summary
     with np.load(log) as stored:
         return summary, {name: stored[name] for name in stored.files}
@@ -139,7 +139,7 @@ def test_limit_mode_is_never_faster_than_f(tmp_path):
     """M251 P1: F in air and in light cuts, less only where the rate would be above Q."""
     program, log = tmp_path / "limit.ngc", tmp_path / "limit.npz"
     program.write_text(PROGRAM.replace("P2 E3000", "P1").replace("F900", "F400"))
-    runner.run_headless(str(program), speed=SPEED, log=str(log), timeout=200)
+    runner.run_headless(str(program), speed=SPEED, log=str(log), timeout=900)
     with np.load(log) as stored:
         data = {name: stored[name] for name in stored.files}
     feeding = np.isin(data["motion_type"], (2, 3))
@@ -176,7 +176,7 @@ def test_an_arc_into_the_stock_is_seen_from_the_line_before(tmp_path, read_path,
     it."""
     program, log = tmp_path / "arc.ngc", tmp_path / "arc.npz"
     program.write_text(ARC_INTO_STOCK)
-    runner.run_headless(str(program), speed=SPEED, log=str(log), timeout=200, settings={"READ_PATH": read_path})
+    runner.run_headless(str(program), speed=SPEED, log=str(log), timeout=900, settings={"READ_PATH": read_path})
     with np.load(log) as stored:
         data = {name: stored[name] for name in stored.files}
     rates = judge(data)
@@ -203,7 +203,7 @@ def test_g93_without_f_remapped(tmp_path, m251):
         lines = handle.read().replace("\nREMAP = F ", "\n#REMAP = F ")
     with open(ini, "w") as handle:
         handle.write(lines)
-    summary = runner.run_headless(str(program), ini=ini, speed=SPEED, log=str(log), timeout=300)
+    summary = runner.run_headless(str(program), ini=ini, speed=SPEED, log=str(log), timeout=900)
     assert summary["finished"] and summary["errors"] == [], summary
     with np.load(log) as stored:
         row = {name: stored[name] for name in stored.files}

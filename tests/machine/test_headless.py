@@ -109,7 +109,7 @@ def test_endless_program_is_given_up(tmp_path):
 
 
 def test_missing_program(tmp_path):
-    summary = runner.run_headless(str(tmp_path / "none.ngc"), speed=SPEED, timeout=60)
+    summary = runner.run_headless(str(tmp_path / "none.ngc"), speed=SPEED, timeout=300)
     assert summary["exit_status"] == 1
     assert "none.ngc does not exist" in summary["errors"][0]
 
@@ -127,7 +127,7 @@ def test_missing_program(tmp_path):
 def test_started_by_hand(root, settings, words):
     """Without LinuxCNC and what it wants: the summary says so, nothing is traced back."""
     env = {key: value for key, value in os.environ.items() if not key.startswith("CHIPWISE_")} | settings
-    done = subprocess.run([root / "bin" / "chipwise-headless"], env=env, text=True, capture_output=True, timeout=30)
+    done = subprocess.run([root / "bin" / "chipwise-headless"], env=env, text=True, capture_output=True, timeout=300)
     assert done.returncode == 1 and done.stderr == ""
     assert words in json.loads(done.stdout)["errors"][0]
 
@@ -142,10 +142,10 @@ def test_killed_task_does_not_hang_it(tmp_path):
         runner.HEADLESS,
         cutting,
     )
-    env = dict(os.environ, CHIPWISE_PROGRAM=str(program), CHIPWISE_TIMEOUT="100", CHIPWISE_SUMMARY=str(summary_path))
+    env = dict(os.environ, CHIPWISE_PROGRAM=str(program), CHIPWISE_TIMEOUT="600", CHIPWISE_SUMMARY=str(summary_path))
     env.pop("DISPLAY", None)
     done = subprocess.run(
-        [runner.SANDBOX, "--timeout", "60", "--", "sh", "-c", script],
+        [runner.SANDBOX, "--timeout", "600", "--", "sh", "-c", script],
         env=env,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
@@ -293,7 +293,7 @@ def test_a_stop_by_a_guard_with_a_dead_monitor(tmp_path):
     env = dict(os.environ, CHIPWISE_PROGRAM=str(program), CHIPWISE_TIMEOUT="600", CHIPWISE_SUMMARY=str(summary_path))
     env.pop("DISPLAY", None)
     subprocess.run(
-        [runner.SANDBOX, "--timeout", "100", "--speed", "4", "--", "sh", "-c", script],
+        [runner.SANDBOX, "--timeout", "600", "--speed", "4", "--", "sh", "-c", script],
         env=env,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,

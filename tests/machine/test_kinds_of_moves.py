@@ -87,7 +87,7 @@ def test_every_kind_of_move_is_in_the_map(tmp_path):
     program.write_text(EVERY_KIND)
     spindle.write_text(SPINDLE[1])
     summary = runner.run_headless(
-        str(program), ini=headless_ini(tmp_path, "mill", str(spindle)), speed=SPEED, log=str(log), timeout=300
+        str(program), ini=headless_ini(tmp_path, "mill", str(spindle)), speed=SPEED, log=str(log), timeout=900
     )
     assert summary["finished"] and summary["errors"] == [], summary
     with np.load(log) as stored:
@@ -126,7 +126,7 @@ def test_moves_keep_their_line_numbers(tmp_path):
     )
     program, log = tmp_path / "lines.ngc", tmp_path / "log.npz"
     program.write_text(text)
-    summary = runner.run_headless(str(program), speed=SPEED, log=str(log), timeout=300)
+    summary = runner.run_headless(str(program), speed=SPEED, log=str(log), timeout=900)
     assert summary["finished"] and summary["errors"] == [], summary
     lines = text.splitlines()
     with np.load(log) as stored:

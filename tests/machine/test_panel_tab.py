@@ -25,7 +25,7 @@ def test_a_screen_embeds_the_page(tmp_path):
     ).returncode:
         pytest.skip("no GTK 3 for Python")
     done = subprocess.run(
-        [runner.SANDBOX, "--timeout", "400", "--xvfb", "1024x768", "--", HOST, str(tmp_path / "machine.ini")],
+        [runner.SANDBOX, "--timeout", "900", "--xvfb", "1024x768", "--", HOST, str(tmp_path / "machine.ini")],
         text=True,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
@@ -61,7 +61,7 @@ print("pages", state["pages"])' 2>/dev/null | grep "pages 1" && exit 0
         done
         exit 1"""
     done = subprocess.run(
-        [runner.SANDBOX, "--timeout", "300", "--xvfb", "1280x1024", "--", "sh", "-c", script],
+        [runner.SANDBOX, "--timeout", "900", "--xvfb", "1280x1024", "--", "sh", "-c", script],
         text=True,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
@@ -102,7 +102,7 @@ def test_the_page_in_qtdragon(tmp_path):
         for i in $(seq 1500); do [ -e {where}/result.json ] && exit 0; sleep 0.2; done
         exit 1"""
     done = subprocess.run(
-        [runner.SANDBOX, "--installed", installed, "--xvfb", "1400x900", "--timeout", "400", "--", "sh", "-c", script],
+        [runner.SANDBOX, "--installed", installed, "--xvfb", "1400x900", "--timeout", "900", "--", "sh", "-c", script],
         text=True,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,

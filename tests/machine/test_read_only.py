@@ -22,7 +22,7 @@ def test_it_is_the_first_sentence(ini):
     """Without a program the display ends at once."""
     environment = {name: value for name, value in os.environ.items() if name not in ("CHIPWISE_PROGRAM", "DISPLAY")}
     done = subprocess.run(
-        [runner.SANDBOX, "--timeout", "120", "--", "sh", "-c", f"cd configs && chmod a-w . && linuxcnc -r {ini}"],
+        [runner.SANDBOX, "--timeout", "600", "--", "sh", "-c", f"cd configs && chmod a-w . && linuxcnc -r {ini}"],
         cwd=runner.ROOT,
         env=environment,
         text=True,

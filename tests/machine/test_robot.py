@@ -70,7 +70,7 @@ def machine(tmp_path, programs, stations=None, edits=(), before=":", count=6):
     )
     env.pop("DISPLAY", None)
     done = subprocess.run(
-        [runner.SANDBOX, "--timeout", "240", "--speed", "4", "--", "sh", "-c", script],
+        [runner.SANDBOX, "--timeout", "900", "--speed", "4", "--", "sh", "-c", script],
         env=env,
         text=True,
         stdin=subprocess.DEVNULL,
@@ -171,12 +171,12 @@ def test_the_robot_without_a_screen(tmp_path):
     env = {
         **os.environ,
         "CHIPWISE_PROGRAM": str(ROOT / "nc_files" / "stations.ngc"),
-        "CHIPWISE_TIMEOUT": "230",
+        "CHIPWISE_TIMEOUT": "3000",
         "CHIPWISE_SUMMARY": str(tmp_path / "summary.json"),
         "CHIPWISE_LOG": str(tmp_path / "log.npz"),
     }
     done = subprocess.run(
-        [runner.SANDBOX, "--timeout", "240", "--speed", "4", "--", "linuxcnc", str(CONFIGS / "robot_headless.ini")],
+        [runner.SANDBOX, "--timeout", "900", "--speed", "4", "--", "linuxcnc", str(CONFIGS / "robot_headless.ini")],
         env=env,
         text=True,
         stdin=subprocess.DEVNULL,

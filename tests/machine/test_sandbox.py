@@ -93,7 +93,7 @@ def test_a_kill_from_outside_leaves_nothing(tmp_path):
         time.sleep(0.05)
     process.kill()
     process.wait()
-    end = time.monotonic() + 60
+    end = time.monotonic() + 300
     while os.path.exists(mark) and time.monotonic() < end:  # the last ones may still be dying
         os.unlink(mark)
         time.sleep(0.5)
@@ -166,7 +166,7 @@ def test_four_linuxcncs_at_once(tmp_path):
     program = tmp_path / "p.ngc"
     command = (
         "import sys; sys.path.insert(0, %r); from chipwise.headless import runner; "
-        "s = runner.run_headless(sys.argv[1], speed=5, timeout=400); "
+        "s = runner.run_headless(sys.argv[1], speed=5, timeout=900); "
         'print(s["finished"], s["errors"], s["exit_status"])' % os.path.join(runner.ROOT, "remap")
     )
     program.write_text("G21 G90 F3000\nG1 X100\nG1 Y50\nG1 X0\nM2\n")
@@ -261,7 +261,7 @@ def test_axis_starts(tmp_path):
         "axis-remote --ping || exit 3\n"
         "sleep 1; axis-remote --quit; wait $main; echo left with $?\n" % runner.ROOT
     )
-    done = sandbox("--xvfb", "1024x768", "--timeout", "240", "--", "sh", "-c", script)
+    done = sandbox("--xvfb", "1024x768", "--timeout", "900", "--", "sh", "-c", script)
     assert "left with 0" in done.stdout, done.stdout[-3000:]
 
 

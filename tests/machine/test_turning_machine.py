@@ -41,17 +41,17 @@ def test_linuxcnc_follows_the_plan(tmp_path, capsys, name, code):
     environment = {
         **os.environ,
         "CHIPWISE_PROGRAM": drawn if code == "G26" else str(program),
-        "CHIPWISE_TIMEOUT": "280",
+        "CHIPWISE_TIMEOUT": "3000",
         "CHIPWISE_SUMMARY": str(tmp_path / "summary.json"),
         "CHIPWISE_LOG": str(log),
     }
     done = subprocess.run(
-        [os.path.join(ROOT, "bin", "chipwise-sandbox"), "--speed", "5", "--timeout", "290", "--", "linuxcnc", ini],
+        [os.path.join(ROOT, "bin", "chipwise-sandbox"), "--speed", "5", "--timeout", "600", "--", "linuxcnc", ini],
         env=environment,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
-        timeout=300,
+        timeout=700,
         check=False,
     )
     assert done.returncode == 0, done.stdout[-2000:]
@@ -130,7 +130,7 @@ def on_the_lathe(program, log):
     environment = {
         **os.environ,
         "CHIPWISE_PROGRAM": str(program),
-        "CHIPWISE_TIMEOUT": "180",
+        "CHIPWISE_TIMEOUT": "3000",
         "CHIPWISE_SUMMARY": str(log.with_name("summary.json")),
         "CHIPWISE_LOG": str(log),
     }
@@ -140,7 +140,7 @@ def on_the_lathe(program, log):
             "--speed",
             "4",
             "--timeout",
-            "190",
+            "600",
             "--",
             "linuxcnc",
             os.path.join(ROOT, "configs", "lathe_headless.ini"),
@@ -149,7 +149,7 @@ def on_the_lathe(program, log):
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
-        timeout=200,
+        timeout=700,
         check=False,
     )
     assert done.returncode == 0, done.stdout[-2000:]

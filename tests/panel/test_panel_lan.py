@@ -32,7 +32,7 @@ def no_network():
             ],
             capture_output=True,
             text=True,
-            timeout=60,
+            timeout=300,
             check=False,
         )
     except OSError as error:

@@ -224,7 +224,7 @@ def blocking(what, begun, going):
     def ask(order):
         if order["do"] == what:
             begun.set()
-            going.wait(60)
+            going.wait(300)
         return {"error": "x", "number": 0} if order["do"] == "plan" else {}
 
     return ask
@@ -246,7 +246,7 @@ def test_one_at_a_time(long, refused, served):
     }
     first = threading.Thread(target=work[long])
     first.start()
-    assert begun.wait(60)
+    assert begun.wait(300)
     for name in refused:
         with pytest.raises(CycleError, match="another line (or resume )?is being"):
             work[name]()
@@ -257,7 +257,7 @@ def test_one_at_a_time(long, refused, served):
         else:
             assert work[name]() in ({}, {"error": "x", "number": 0})
     going.set()
-    first.join(60)
+    first.join(300)
     assert work[long]() in ({}, {"error": "x", "number": 0})
 
 

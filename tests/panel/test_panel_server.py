@@ -18,7 +18,7 @@ from support.panel_client import follow, request
 from support.panel_rig import TOKEN, serving
 
 
-def raw(rig, data, seconds=20.0):
+def raw(rig, data, seconds=300.0):
     """What comes back for some bytes, up to the end of the connection."""
     with socket.create_connection(rig.server.server_address[:2], timeout=seconds) as connection:
         connection.sendall(data)
@@ -246,7 +246,7 @@ def test_no_tracker(tmp_path):
     env = {**os.environ, "HOME": str(tmp_path), "PATH": "/nowhere"}
     env.pop("INI_FILE_NAME", None)
     done = subprocess.run(
-        [sys.executable, ROOT / "bin/chipwise", "panel"], env=env, text=True, capture_output=True, timeout=120
+        [sys.executable, ROOT / "bin/chipwise", "panel"], env=env, text=True, capture_output=True, timeout=300
     )
     assert (
         done.returncode == 1

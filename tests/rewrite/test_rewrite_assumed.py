@@ -26,7 +26,7 @@ def rewrite(tmp_path, machine, text, *options):
     """-> (exit status, what is said, the new text)."""
     (tmp_path / "part.ngc").write_text(text)
     out = tmp_path / "out.ngc"
-    done = forked.run([CHIPWISE, "rewrite", tmp_path / "part.ngc", "-o", out, "--ini", machine, *options], timeout=120)
+    done = forked.run([CHIPWISE, "rewrite", tmp_path / "part.ngc", "-o", out, "--ini", machine, *options], timeout=300)
     return done.returncode, done.stdout + done.stderr, out.read_text() if out.exists() else None
 
 

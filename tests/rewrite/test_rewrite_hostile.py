@@ -39,6 +39,6 @@ def test_a_long_line_behind_the_end(tmp_path, line):
                 "--ini",
                 ROOT / "configs" / "mill.ini",
             ],
-            timeout=60,
+            timeout=300,
         )
         assert done.returncode == 0 and line in (tmp_path / "out.ngc").read_text(), done.stderr[:500]

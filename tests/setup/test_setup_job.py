@@ -253,7 +253,7 @@ def answered(tmp_path, machine, answer):
             assert select.select([ours], [], [], 120)[0], said
             said += os.read(ours, 4096)
         os.write(ours, answer)
-        assert process.wait(120) == 0
+        assert process.wait(300) == 0
     os.close(ours)
     return (tmp_path / "part.job.toml").exists()
 

@@ -30,7 +30,7 @@ APART = 2e-4  # in the unit in force: rs274 prints 4 decimals, and the text has 
 def acts(path, ini):
     """([(what, numbers in mm, how far they may be off)], error text): what a program does, moves that go nowhere left
     out."""
-    done = rs274.run(path, ini, capture_output=True, timeout=120)
+    done = rs274.run(path, ini, capture_output=True, timeout=300)
     result, offsets, unit, plane, feed, at = [], {}, 1.0, "", 0.0, None
     cycles = "G81" in path.read_text()  # it runs them in exact path mode, their moves written out are in the program's
     for line in done.stdout.splitlines():

@@ -27,7 +27,7 @@ SCENES = ROOT / "tests/components"
 SUPPORT = ROOT / "tests/support"
 SANDBOX = ROOT / "bin/chipwise-sandbox"
 PERIOD_S = 0.001
-TIMEOUT_S = 120
+TIMEOUT_S = 600
 COUNT_PERIODS = "loadrt integ\nsetp integ.0.in 1000\naddf integ.0 servo\n"  # of the thread servo, for wait_periods
 
 

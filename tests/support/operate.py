@@ -20,7 +20,8 @@ NO_SHADOW = r"s/^KEEP_STOCK = .*/&\nSHADOW = no/"  # a sed command: no stock is 
 CELL_MM = (
     0.133333333  # side of the cells of a small stock with the sample INI files: 90 across their flat tool of 12 mm
 )
-TIMEOUT_S = 300  # real time, for one start and its steps
+TIMEOUT_S = 600  # real time, for one start and its steps: a busy computer takes ten times as long as an idle one
+SCENE_S = 60  # more for each scene of several
 
 
 class Stopped(AssertionError):
@@ -43,8 +44,9 @@ def operate(tmp_path, steps, ini="mill.ini", edit="", before=":", home=True, spe
     before   a shell command run in configs/ before LinuxCNC is started
     home     begin with the step home, whose answer is left out
     speed    lets time pass that many times as fast, waits and time-outs of the steps included
-    timeout  s of real time
+    timeout  s of real time, if TIMEOUT_S is too little
     """
+    timeout = max(timeout, TIMEOUT_S)
     answers = tmp_path / "answers.json"
     answers.unlink(missing_ok=True)
     script = (
@@ -111,7 +113,7 @@ class Shared:
         scenes = [(item.nodeid, scene_of(item)[1]) for item in items]
         steps = [step for _name, scene in scenes for step in ([*scene, ["fresh"]])][:-1]
         try:
-            answers, failure = operate(folder, steps, timeout=TIMEOUT_S + 30 * len(scenes), **self.options), None
+            answers, failure = operate(folder, steps, timeout=TIMEOUT_S + SCENE_S * len(scenes), **self.options), None
         except Stopped as stopped:
             answers, failure = stopped.answers, stopped
         for name, scene in scenes:

@@ -22,6 +22,7 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 ITEMS = os.path.join(ROOT, "remap", "chipwise", "panel", "colours.toml")
 SIZE = (1024, 768)
 WAIT_S = 200.0
+STARTS = 3  # selenium gives chromedriver 30 s, and that chromium 60 s, which a busy computer may need
 AHEAD_S = 380.0  # the process that reads the path is a nice one, and the cut of test_panel_browser.py takes 420 s
 # Pixels of the canvas along its middle column, from the top, and along a row at a share of its height.
 COLUMN = """const v = chipwise.view.canvas, c = document.createElement('canvas');
@@ -61,6 +62,7 @@ def missing():
 
 def browser(folder, size=SIZE):
     from selenium import webdriver
+    from selenium.common.exceptions import WebDriverException
     from selenium.webdriver.chrome.options import Options
     from selenium.webdriver.chrome.service import Service
 
@@ -79,7 +81,13 @@ def browser(folder, size=SIZE):
         options.add_argument(word)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
     options.binary_location = "/usr/bin/chromium"
-    driver = webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
+    for more in range(STARTS - 1, -1, -1):
+        try:
+            driver = webdriver.Chrome(options=options, service=Service("/usr/bin/chromedriver"))
+            break
+        except WebDriverException:
+            if not more:
+                raise
     driver.set_script_timeout(WAIT_S)
     driver.execute_cdp_cmd(
         "Emulation.setDeviceMetricsOverride",

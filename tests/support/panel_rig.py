@@ -126,7 +126,7 @@ class Rig:
 
         threading.Thread(target=go, daemon=True).start()
 
-    def wait(self, reached, seconds=60.0):
+    def wait(self, reached, seconds=300.0):
         """Wait until something is so; AssertionError after so many seconds."""
         end = time.monotonic() + seconds
         while not reached():

@@ -13,10 +13,12 @@ import time
 
 import hal
 
+from chipwise.headless import session
 from chipwise.host import halcmd
 
 DEPTH = 60000  # rows the sampler keeps until halsampler has read them: a minute of servo periods
 KEPT = 20000  # rows before the mark
+GROWS_S = 300 * session.SPEED  # in real time, however fast the clock is
 LETTERS = {hal.HAL_FLOAT: "f", hal.HAL_BIT: "b", hal.HAL_S32: "s", hal.HAL_U32: "u"}
 SAMPLER = "sampler"
 
@@ -89,7 +91,7 @@ class Record:
             del self.lines[:old]
             self.first_row = self.mark
 
-    def wait_rows(self, count, seconds=120):
+    def wait_rows(self, count, seconds=GROWS_S):
         """Until there are so many rows."""
         end = time.monotonic() + seconds
         while self.count < count:

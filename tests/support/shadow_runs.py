@@ -87,5 +87,5 @@ def canonical(folder, text, machine, shadow):
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=300,
     ).stdout

@@ -329,7 +329,7 @@ def pictured(op, name):
 
 def after_the_program(op):
     """What there is at the end of PROGRAM: the end line, the pins, the page."""
-    with urllib.request.urlopen("http://127.0.0.1:8250/", timeout=30) as page:
+    with urllib.request.urlopen("http://127.0.0.1:8250/", timeout=300) as page:
         html = page.read().decode()
     line = next(line for line in op.said().splitlines() if line.startswith("chipwise: cut.ngc: "))
     return {
@@ -380,7 +380,7 @@ def load():
     def look():
         with (
             contextlib.suppress(OSError),
-            urllib.request.urlopen("http://127.0.0.1:8250/state.json", timeout=30) as page,
+            urllib.request.urlopen("http://127.0.0.1:8250/state.json", timeout=300) as page,
         ):
             state = json.loads(page.read())
             seen.append({name: state.get(name) for name in ("loads", "power")})

@@ -111,7 +111,7 @@ def test_memory_of_a_hostile_file(tmp_path):
         [sys.executable, "-c", code, *(str(tmp_path / name) for name in ("a.map", "b.map", "c.map"))],
         text=True,
         capture_output=True,
-        timeout=120,
+        timeout=300,
         check=False,
         env={"OPENBLAS_NUM_THREADS": "1", "PYTHONPATH": f"{ROOT}/remap"},
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (600 << 20, 600 << 20)),
