@@ -8,7 +8,7 @@ from chipwise.turning.plan import make_plan
 from chipwise.turning.read_part import job_of, make_order
 from chipwise.turning.request import read_request
 from chipwise.turning.state import ORDER
-from chipwise.turning.thread import Drive
+from chipwise.turning.state import Drive
 from chipwise.turning.times import Motion
 from support.turning_oracle import Insert
 from support.turning_random import INSERTS

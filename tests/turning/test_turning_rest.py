@@ -93,7 +93,7 @@ def test_a_file_has_what_was_written(part):
     assert choice.stage == found.stage and said(choice) == [
         f"chipwise: planned from what the step {wanted.step} has left"
     ]
-    assert f"in the step {wanted.step} goes on" in resume.question(choice).text()
+    assert f"in the step {wanted.step} goes on" in resume.question(choice.stage, choice.changed).text()
 
 
 def test_threads_that_are_cut_are_known(tmp_path):

@@ -11,10 +11,19 @@ Called by nc.py, which writes them to a file, and by g26_plan.py, whose lines G2
 """
 
 import math
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, NamedTuple
 
-from chipwise.turning.request import rpm
+from chipwise.turning.request import Request, rpm
+from chipwise.turning.profile_function import Place
+from chipwise.turning.stock_file import Record
 
+if TYPE_CHECKING:  # the interpreter's process loads this module, and no planning
+    from chipwise.turning.path import Move
+    from chipwise.turning.plan import Plan
+    from chipwise.turning.state import Step
+
+Chunk = tuple[tuple[float, str], ...]
 FOOT_M = 0.3048
 FINE = ("finish outside", "finish inside", "groove", "undercut", "part off", "drill")  # steps with the finish feed
 
@@ -38,9 +47,9 @@ class Block(NamedTuple):
     back: bool
     spindle: str
     feed: float
-    first: tuple
+    first: Place
     z_first: bool
-    lines: tuple
+    lines: tuple[str, ...]
 
 
 class Run(NamedTuple):
@@ -51,8 +60,8 @@ class Run(NamedTuple):
     """
 
     block: Block
-    chunks: tuple
-    stages: tuple
+    chunks: Iterable[Chunk]
+    stages: tuple[int, ...]
 
 
 class Turning(NamedTuple):
@@ -61,91 +70,91 @@ class Turning(NamedTuple):
     blocks      (Run, ..)
     clear       (z, x) program units: in front of z and outside of x every tool is clear of work and barriers
     spindle     the program's own spindle line
-    record      kept.Record of the file that says how far the machine has come, None without one
+    record      stock_file.Record of the file that says how far the machine has come, None without one
     question    what the operator has to confirm before anything moves, "" for nothing
     """
 
-    blocks: tuple
-    clear: tuple
+    blocks: tuple[Run, ...]
+    clear: Place
     spindle: str
-    record: Any = None
+    record: Record | None = None
     question: str = ""
 
 
-def blocks(plan, request):
+def blocks(plan: "Plan", request: Request) -> Iterator[Block]:
     """Block of every needed step, in order."""
     scale = 1.0 / request.scale
     needed = [(n, s) for n, s in enumerate(plan.steps, 1) if s.needed]
-    tools = [None, *(s.tool.number for _, s in needed), None]
+    tools = [None, *(s.used_tool.number for _, s in needed), None]
     for k, (number, step) in enumerate(needed, 1):
         z, x = controlled(step, *step.start)
         yield Block(
             number,
             step.name,
-            tools[k],
+            step.used_tool.number,
             tools[k] != tools[k - 1],
             tools[k] != tools[k + 1],
             spindle_line(request, step),
             feed_of(step, request) * scale,
             (z * scale, x * scale),
-            step.tool.inside,
+            step.used_tool.inside,
             tuple(_lines(step, scale)),
         )
 
 
-def controlled(step, z, x):
+def controlled(step: "Step", z: float, x: float) -> Place:
     """(z, x) mm of the controlled point, in the machine's frame: x a radius."""
-    return z + step.tool.tip[0], (-x if step.tool.inside else x) + step.tool.tip[1]
+    return z + step.used_tool.tip[0], (-x if step.used_tool.inside else x) + step.used_tool.tip[1]
 
 
-def feed_of(step, request):
+def feed_of(step: "Step", request: Request) -> float:
     """Feed of a step, mm/min or mm/rev: the tool's own, else the program's.  Per minute it is that of the largest
     radius, where the spindle is slowest."""
-    own = step.tool.finish_feed if step.name.startswith("finish") else step.tool.feed
+    own = step.used_tool.finish_feed if step.name.startswith("finish") else step.used_tool.feed
     if own:
         return own if request.per_rev else own * speed_at(step, request, _largest_radius(step))
-    return request.words["E" if step.name in FINE else "F"]
+    return request.words["E"] if step.name in FINE else request.words["F"]
 
 
-def speed_at(step, request, radius):
+def speed_at(step: "Step", request: Request, radius: float) -> float:
     """1/min of the spindle in a step with the tool at a radius, mm."""
     if step.speed:
         return step.speed
-    at = step.tool.diameter / 2 if step.tool.point_angle else radius if request.css else _largest_radius(step)
-    own = 1000.0 * step.tool.cutting_speed / (2 * math.pi * max(at, 0.5))
+    at = step.used_tool.diameter / 2 if step.used_tool.point_angle else radius if request.css else _largest_radius(step)
+    own = 1000.0 * step.used_tool.cutting_speed / (2 * math.pi * max(at, 0.5))
     if not own:
         return rpm(request, at)
     most = request.cap if request.css else request.speed
     return min(own, most) if most else own
 
 
-def spindle_line(request, step=None):
+def spindle_line(request: Request, step: "Step | None" = None) -> str:
     """G96 or G97 with the tool's own cutting speed, else the program's.
 
     A drill turns at the speed of its rim, a thread is cut under G97.  G97 of the program is the largest speed: a tool's
     own only lowers it."""
-    if step is None or not (step.speed or step.tool.cutting_speed or request.css and step.tool.point_angle):
+    if step is None or not (step.speed or step.used_tool.cutting_speed or request.css and step.used_tool.point_angle):
         return (f"G96 D{request.cap:g}" if request.css else "G97") + f" S{request.speed:g} M{request.direction}"
-    if request.css and not step.speed and not step.tool.point_angle:
+    if request.css and not step.speed and not step.used_tool.point_angle:
         return (
-            f"G96 D{request.cap:g} S{step.tool.cutting_speed / (1.0 if request.unit == 'mm' else FOOT_M):g} "
+            f"G96 D{request.cap:g} S{step.used_tool.cutting_speed / (1.0 if request.unit == 'mm' else FOOT_M):g} "
             f"M{request.direction}"
         )
     return f"G97 S{max(math.floor(speed_at(step, request, 0.0)), 1):d} M{request.direction}"
 
 
-def _largest_radius(step):
+def _largest_radius(step: "Step") -> float:
     """mm, of the controlled point on feeds."""
     return max((abs(controlled(step, m.z, m.x)[1]) for m in step.moves if m.kind != "rapid"), default=0.0)
 
 
-def approach(block):
+def approach(block: Block) -> tuple[str, str]:
     """Lines of the rapids to where the moves of a block begin."""
     z, x = f"G0 Z{block.first[0]:.6f}", f"G0 X{block.first[1]:.6f}"
     return (z, x) if block.z_first else (x, z)
 
 
-def _lines(step, scale):
+def _lines(step: "Step", scale: float) -> Iterator[str]:
     """The moves of a step."""
     z, x = step.start
     for move in step.moves:
@@ -153,7 +162,7 @@ def _lines(step, scale):
         z, x = move.z, move.x
 
 
-def _line(step, move, z, scale, x):
+def _line(step: "Step", move: "Move", z: float, scale: float, x: float) -> str:
     """One move."""
     zt, xt = controlled(step, move.z, move.x)
     code = {"rapid": "G0", "feed": "G1"}.get(move.kind)
@@ -162,6 +171,6 @@ def _line(step, move, z, scale, x):
         return f"{code} {end}"
     if move.kind == "thread":
         return f"G33 {end} K{move.pitch * scale:.9f}"
-    sign = -1.0 if step.tool.inside else 1.0
-    code = "G3" if move.ccw != step.tool.inside else "G2"
+    sign = -1.0 if step.used_tool.inside else 1.0
+    code = "G3" if move.ccw != step.used_tool.inside else "G2"
     return f"{code} {end} I{sign * (move.centre[1] - x) * scale:.6f} K{(move.centre[0] - z) * scale:.6f}"

@@ -8,15 +8,16 @@ import math
 
 from chipwise.errors import fill
 from chipwise.turning import passes, reach
-from chipwise.turning.profile_function import above, clip, flat, highest, lower, segment, upper, value
+from chipwise.turning.profile_function import Graph, Piece, above, clip, flat, highest, lower, segment, upper, value
 from chipwise.turning.path import Move, NoRoom
 from chipwise.turning.sides import ROUGH_MM
-from chipwise.turning.state import CLEARANCE_MM, OVERRUN_MM, Step, tools_of_role
+from chipwise.turning.state import CLEARANCE_MM, OVERRUN_MM, State, Step, tools_of_role
+from chipwise.turning.tool import LatheTool
 
 PECK_MM = 0.25  # of feed before the bottom that a drill has made itself
 
 
-def drill(state, name):
+def drill(state: State, name: str) -> Step:
     """The hole that the boring bar needs, or the bore itself."""
     order = state.order
     if not state.part[True]:
@@ -45,19 +46,19 @@ def drill(state, name):
     )
 
 
-def _room(state):
+def _room(state: State) -> float:
     """Smallest radius of the bore, mm."""
     return -highest(state.order.part.bore, *state.domain)
 
 
-def _fits(state, tool, allowance):
+def _fits(state: State, tool: LatheTool, allowance: float) -> bool:
     """Whether a drill stays inside of the bore less an allowance, if need be with its point only."""
     return tool.diameter / 2 <= _room(state) - allowance + passes.ROUNDING_MM or (
         not state.through and _deepest(state, tool, allowance) <= state.order.part.bore[0].z0 + allowance + _point(tool)
     )
 
 
-def _drilled(state, name, tool, allowance):
+def _drilled(state: State, name: str, tool: LatheTool, allowance: float) -> Step:
     """Step of a drill.  Raises NoRoom."""
     part, z0, z1 = state.part[True], state.order.part.bore[0].z0, state.order.part.z1
     now = -highest(clip(state.stock[True], z0 + ROUGH_MM, z1), *state.domain)
@@ -92,7 +93,7 @@ def _drilled(state, name, tool, allowance):
     return step
 
 
-def _tip(state, z0, tool, allowance):
+def _tip(state: State, z0: float, tool: LatheTool, allowance: float) -> float:
     """Z of the tip at the bottom of the hole; z0: of the bore's end."""
     point = _point(tool)
     if state.through and not highest(state.barrier[True], z0 - point - 4 * OVERRUN_MM, z0) > -math.inf:
@@ -100,7 +101,7 @@ def _tip(state, z0, tool, allowance):
     return max(z0 + allowance, _deepest(state, tool, allowance))
 
 
-def _check_room(state, part, shape, tip, tool):
+def _check_room(state: State, part: Graph, shape: Graph, tip: float, tool: LatheTool) -> None:
     """Raise NoRoom if the shape of the hole meets a barrier or the part."""
     inside = above(clip(state.barrier[True], tip, math.inf), shape, passes.ROUNDING_MM)
     if inside:
@@ -114,18 +115,18 @@ def _check_room(state, part, shape, tip, tool):
         raise NoRoom("a drill of {d} does not stay inside the bore", "use a smaller drill", d=tool.diameter)
 
 
-def _shape(tool, tip, z1):
+def _shape(tool: LatheTool, tip: float, z1: float) -> list[Piece]:
     """Graph of a drill whose tip is at Z `tip`, up to Z z1."""
     point, radius = _point(tool), tool.diameter / 2
     return [*([segment(tip, 0.0, tip + point, -radius)] if point else []), flat(tip + point, z1, -radius)]
 
 
-def _point(tool):
+def _point(tool: LatheTool) -> float:
     """Length of a drill's point, mm."""
     return tool.diameter / 2 / math.tan(math.radians(tool.point_angle) / 2) if tool.point_angle < 180 else 0.0
 
 
-def _deepest(state, tool, allowance):
+def _deepest(state: State, tool: LatheTool, allowance: float) -> float:
     """The lowest place of a drill's tip at which its point stays inside of a bore that narrows towards its end, mm."""
     part, rise = reach.disc(state.part[True], allowance), math.tan(math.radians(tool.point_angle) / 2)
     tips = [-math.inf]
@@ -136,7 +137,7 @@ def _deepest(state, tool, allowance):
     return max(tips)
 
 
-def _pecks(end, tip, depth, far, first):
+def _pecks(end: float, tip: float, depth: float, far: float, first: float) -> list[Move]:
     """Moves of a drill: by `depth`, out after each.  first: mm of feed before the stock."""
     count, moves = math.ceil((end - tip) / depth - 1e-9), []
     for k in range(1, count + 1):

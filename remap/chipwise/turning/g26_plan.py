@@ -5,8 +5,10 @@ Called by planner/plans.py.  The plan is that of `chipwise turn` for the same pr
 """
 
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass
 
+from chipwise import order as orders
 from chipwise.errors import CycleError
 from chipwise.ini import Ini
 from chipwise.gcode_lines import CHUNK_MOVES
@@ -14,10 +16,15 @@ from chipwise.order import Outcome
 from chipwise.settings import load_settings
 from chipwise.turning import resume, soft_limits, stock_file
 from chipwise.turning import text
-from chipwise.turning.blocks import Run, Turning, blocks, spindle_line
+from chipwise.turning.blocks import Block, Run, Turning, blocks, spindle_line
+from chipwise.turning.plan import Plan
+from chipwise.turning.profile_function import Place
 from chipwise.turning.read_part import Machine, make_order, tool_notes, with_start
-from chipwise.turning.request import read_program, read_roles
-from chipwise.turning.times import times
+from chipwise.turning.request import Request, read_program, read_roles
+from chipwise.turning.resume import Choice, Marks
+from chipwise.turning.soft_limits import Limit
+from chipwise.turning.stock_file import Key, Record
+from chipwise.turning.times import Times, times
 from chipwise.turning.tool import read_table
 
 LEAD = "chipwise: "
@@ -30,19 +37,19 @@ class TurnRequest:
     they do not count; stock: path of the file of the stock, "" for none; keep: write it; home: (z, x) mm where tools
     are changed."""
 
-    request: object
+    request: Request
     program: str = ""
     number: int = 0
     only_say: bool = False
-    zero: tuple = (0.0, 0.0)
-    limits: tuple = ()
+    zero: Place = (0.0, 0.0)
+    limits: tuple[Limit, ...] = ()
     stock: str = ""
     keep: bool = False
-    home: tuple = ()
+    home: Place | tuple[()] = ()
     most_moves: int = 0
 
 
-def make(order):
+def make(order: orders.Order) -> Outcome:
     """Outcome of an Order.  Raises CycleError."""
     asked = TurnRequest(**order.fields)
     request, program = asked.request, read_program(asked.program)
@@ -72,17 +79,18 @@ def make(order):
     if asked.only_say:
         return Outcome((), said)
     chosen = _chosen(plan, asked)
-    marks, record = {}, None
+    marks: dict[int, Marks] = {}
+    record = None
     if asked.keep and chosen:
         marks, record, notes = _keep(asked.stock, key, choice)
         said += _texts(order, notes)
-    question = "".join(_texts(order, (resume.question(choice),))) if choice.stage else ""
+    question = "".join(_texts(order, (resume.question(choice.stage, choice.changed),))) if choice.stage else ""
     return Outcome(
         (),
         said,
         turning=Turning(
-            tuple(_run(b, marks.get(b.number, ())) for b in chosen),
-            tuple(v / request.scale for v in plan.safe),
+            tuple(_run(b, marks.get(b.number, [])) for b in chosen),
+            (plan.safe[0] / request.scale, plan.safe[1] / request.scale),
             spindle_line(request),
             record,
             question,
@@ -90,7 +98,7 @@ def make(order):
     )
 
 
-def _chosen(plan, asked):
+def _chosen(plan: Plan, asked: TurnRequest) -> list[Block]:
     """The blocks of a plan that are carried out."""
     chosen = [b for b in blocks(plan, asked.request) if asked.number in (0, b.number)]
     if sum(len(b.lines) for b in chosen) > asked.most_moves:
@@ -102,27 +110,30 @@ def _chosen(plan, asked):
     return chosen
 
 
-def _check_travel(plan, asked, machine):
+def _check_travel(plan: Plan, asked: TurnRequest, machine: Machine) -> None:
     """Raise CycleError if the steps that are carried out leave the soft limits."""
     if not asked.limits:
         return
     steps = [(n, s) for n, s in enumerate(plan.steps, 1) if s.needed and asked.number in (0, n)]
     table = read_table(machine.table)
     offsets = {
-        s.tool.number: (table[s.tool.number].z * machine.unit_mm, table[s.tool.number].x * machine.unit_mm)
+        s.used_tool.number: (
+            table[s.used_tool.number].z * machine.unit_mm,
+            table[s.used_tool.number].x * machine.unit_mm,
+        )
         for _, s in steps
     }
     soft_limits.check(steps, asked.limits, asked.zero, offsets)
 
 
-def _texts(order, notes):
+def _texts(order: orders.Order, notes: Iterable[CycleError]) -> tuple[str, ...]:
     """CycleErrors as the operator reads them."""
     for note in notes:
         note.code = order.code
     return tuple(note.text(order.unit) for note in notes)
 
 
-def _keep(path, key, choice):
+def _keep(path: str, key: Key, choice: Choice) -> tuple[dict[int, Marks], Record | None, tuple[CycleError, ...]]:
     """(marks of rest.Stages, kept.Record, notes): the file of a plan is written; without marks and Record where it
     cannot be."""
     found = resume.stages(choice.plan, choice.stage.step if choice.stage else "")
@@ -143,7 +154,7 @@ def _keep(path, key, choice):
         )
 
 
-def _said(plan, request, machine, asked):
+def _said(plan: Plan, request: Request, machine: Machine, asked: TurnRequest) -> list[str]:
     """Lines for the operator: the whole plan for H1, else what is going to be done."""
     if asked.only_say:
         return [" ".join(line.split()) for line in text.report(plan, request, _times(plan, request, machine, asked))]
@@ -151,20 +162,22 @@ def _said(plan, request, machine, asked):
         step = plan.steps[asked.number - 1]
         return [
             f"step {asked.number}, {step.name}: "
-            + (f"T{step.tool.number}, {step.why}" if step.needed else f"not needed: {step.why}")
+            + (f"T{step.used_tool.number}, {step.why}" if step.needed else f"not needed: {step.why}")
         ]
     return [text.summary(plan, request, _times(plan, request, machine, asked))]
 
 
-def _times(plan, request, machine, asked):
+def _times(plan: Plan, request: Request, machine: Machine, asked: TurnRequest) -> Times:
     return times(plan, request, machine.motion, asked.home or None)
 
 
-def _run(block, marks):
+def _run(block: Block, marks: Marks) -> Run:
     """Run of a block; marks: ((moves that have been made, number of the stage), ..), the last one at its end.
 
     A chunk begins at a rapid; one that ends a stage where the rapid before it has lifted the tool off the work."""
-    found, now, before, rapid = [], [], 0, False
+    found: list[tuple[list[str], int]] = []
+    now: list[str] = []
+    before, rapid = 0, False
     for k, line in enumerate(block.lines):
         lifted, rapid = rapid, line.startswith("G0 ")
         stage = max((number for count, number in marks if count < k), default=0) if rapid and lifted else 0

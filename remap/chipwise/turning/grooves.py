@@ -7,8 +7,9 @@ Called by steps.py and sides.py."""
 from dataclasses import replace
 
 from chipwise.turning import passes, reach
-from chipwise.turning.profile_function import above, clip, envelope, lower, negative
-from chipwise.turning.state import Step, tools_of_role, without_tool
+from chipwise.turning.profile_function import Graph, Piece, above, clip, envelope, lower, negative
+from chipwise.turning.state import State, Step, tools_of_role, without_tool
+from chipwise.turning.tool import LatheTool
 
 GROOVE_MM = 0.3  # a grooving tool does not come for less
 FIT_MM = (
@@ -18,7 +19,7 @@ TIGHT_MM = 0.02  # a groove narrower than its insert by no more is named: it wou
 SLOT = 1.5  # of the insert's width: narrower grooves are left to it whole, so that no other insert scratches into them
 
 
-def groove(state, name):
+def groove(state: State, name: str) -> Step:
     """Plunges of a grooving tool where the other tools could not go."""
     tools = tools_of_role(state, "groove", False, flat_bottom=True)
     if not tools:
@@ -49,13 +50,13 @@ def groove(state, name):
     )
 
 
-def _is_too_wide(state, tool):
+def _is_too_wide(state: State, tool: LatheTool) -> bool:
     """Whether a groove is left for which the insert is a little too wide."""
     work, _view, _framed, domain = state.work(_narrower(tool, TIGHT_MM), 0.0)
     return passes.plunge(work, domain, tool.flat + 2 * tool.nose, GROOVE_MM, slots_only=True) is not None
 
 
-def _plunge(state, step, tool, fit):
+def _plunge(state: State, step: Step, tool: LatheTool, fit: float) -> None:
     """Add plunges to a step; fit: mm that the insert is treated as narrower, then for grooves as wide as it only."""
     work, view, framed, domain = state.work(_narrower(tool, fit), 0.0)
     path = passes.plunge(work, domain, 0.8 * (tool.flat + 2 * tool.nose), GROOVE_MM, slots_only=fit > 0.0)
@@ -69,13 +70,13 @@ def _plunge(state, step, tool, fit):
     ]
 
 
-def _narrower(tool, fit):
+def _narrower(tool: LatheTool, fit: float) -> LatheTool:
     """The tool with a narrower insert, whose positions are those of its own left corner: half of `fit` farther to the
     right."""
     return replace(tool, flat=max(tool.flat - fit, 0.0)) if fit else tool
 
 
-def left_to_groove(state, name, tool):
+def left_to_groove(state: State, name: str, tool: LatheTool) -> list[Piece]:
     """Graph of the grooves that a tool leaves to a later grooving tool: narrow ones that it does not clear, filled to
     the lower of their edges."""
     order = state.order.order
@@ -85,7 +86,7 @@ def left_to_groove(state, name, tool):
     if not tools:
         return []
     if tool.number not in state.lids:
-        lids = []
+        lids: list[Piece] = []
         for other in tools:
             width = SLOT * (other.flat + 2 * other.nose)
             part = state.part[False]
@@ -102,12 +103,12 @@ def left_to_groove(state, name, tool):
     return _joined(state.lids[tool.number])
 
 
-def _joined(pieces):
+def _joined(pieces: Graph) -> list[Piece]:
     """Upper graph of pieces, which may overlap."""
     return envelope([[p] for p in pieces]) if pieces else []
 
 
-def _standing(state, tool):
+def _standing(state: State, tool: LatheTool) -> list[Piece]:
     """What a tool leaves of a solid block around the part and the barriers."""
     found, view, framed, domain = state.lowest(tool, 0.0, standing=state.part[False])
     return view(reach.eroded(found, framed, domain))

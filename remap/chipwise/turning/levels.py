@@ -9,9 +9,10 @@ piece.
 
 import math
 from bisect import bisect_left, bisect_right
+from collections.abc import Iterable, Iterator
 
 from chipwise.errors import CycleError
-from chipwise.turning.profile_function import clip, highest, lowest, value
+from chipwise.turning.profile_function import Graph, Interval, clip, highest, lowest, value
 
 MAX_LEVELS = 400
 ROUNDING_MM = 1e-6
@@ -23,7 +24,7 @@ FLAT = 0.001  # mm per mm
 CELLS = 4  # places on a piece, at most
 
 
-def levels(reach, contact, interval, depth):
+def levels(reach: Graph, contact: Graph, interval: Interval, depth: float) -> tuple[float, list[float]]:
     """(top of the stock in an interval, heights of the cuts below it, from above): `depth` apart at most.  Graphs of
     positions; mm."""
     a, b = interval
@@ -43,13 +44,14 @@ def levels(reach, contact, interval, depth):
     return high, min(found, key=lambda grid: _length(grid, high, places) * (1.0 + SAVING * _thin(grid, depth)))
 
 
-def _count(height, depth):
+def _count(height: float, depth: float) -> int:
     return max(math.ceil(height / depth - 1e-9), 1)
 
 
-def _tops(surface, low, high):
+def _tops(surface: Graph, low: float, high: float) -> list[float]:
     """Heights of the longest flat pieces of the surface below its top."""
-    lengths, least = {}, LONG * (surface[-1].z1 - surface[0].z0)
+    lengths: dict[float, float] = {}
+    least = LONG * (surface[-1].z1 - surface[0].z0)
     for p in surface:
         if p.r == 0.0 and abs(p.slope) <= FLAT:
             x = round(max(value(p, p.z0), value(p, p.z1)), 6) + ROUNDING_MM
@@ -58,7 +60,7 @@ def _tops(surface, low, high):
     return sorted(long, key=lambda x: -lengths[x])[:TOPS]
 
 
-def _grids(high, low, depth, tops):
+def _grids(high: float, low: float, depth: float, tops: list[float]) -> list[list[float]]:
     """Lists of levels: from the top, and from each lower top; D apart, and equal if the last one would be thin."""
     found = []
     for top in [high, *tops]:
@@ -71,12 +73,12 @@ def _grids(high, low, depth, tops):
     return found
 
 
-def _thin(grid, depth):
+def _thin(grid: list[float], depth: float) -> bool:
     """Whether the last level is thin."""
     return len(grid) > 1 and grid[-2] - grid[-1] < THIN * depth
 
 
-def _places(surface, floor, length):
+def _places(surface: Graph, floor: Graph, length: float) -> Iterator[tuple[float, float, float]]:
     """(mm along Z, height of the surface, height of the floor) of places between."""
     i = j = 0
     while i < len(surface) and j < len(floor):
@@ -93,7 +95,7 @@ def _places(surface, floor, length):
             j += 1
 
 
-def _length(grid, high, places):
+def _length(grid: list[float], high: float, places: Iterable[tuple[float, float, float]]) -> float:
     """mm of passes: a place is passed by each level that ends below its surface and begins above its floor."""
     heights = [-c for c in grid]
     begins = [-high, *heights[:-1]]

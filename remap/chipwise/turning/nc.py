@@ -2,11 +2,16 @@
 """A plan as a program in plain G-code: one commented block a step, for machines without chipwise.  Called by
 cli/turn.py."""
 
+from collections.abc import Iterator
+
 from chipwise.errors import CycleError, printable
-from chipwise.turning.blocks import approach, blocks
+from chipwise.turning.blocks import Block, approach, blocks
+from chipwise.turning.plan import Plan
+from chipwise.turning.request import Request
+from chipwise.turning.state import Step
 
 
-def program(plan, request, title):
+def program(plan: Plan, request: Request, title: str) -> str:
     """Text of the whole program.  Raises CycleError if the spindle would not turn."""
     if not request.speed or not request.direction:
         raise CycleError("the spindle does not turn at G26", "program S and M3 or M4 before G26", "G26")
@@ -26,12 +31,12 @@ def program(plan, request, title):
     return "\n".join([*lines, "", *(["G7"] if request.diameter else []), "M5", "M2", ""])
 
 
-def _plain(text):
+def _plain(text: str) -> str:
     """Text that may be in a comment."""
     return printable(text).replace("(", "[").replace(")", "]")
 
 
-def _block(block, step, request):
+def _block(block: Block, step: Step, request: Request) -> Iterator[str]:
     """Lines of one step."""
     yield f"(step {block.number}: {step.name}, T{block.tool}: {_plain(step.why)})"
     yield f"({step.direction}, Z{step.z1 / request.scale:.3f} to Z{step.z0 / request.scale:.3f})"

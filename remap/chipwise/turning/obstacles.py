@@ -3,12 +3,14 @@
 it refuses."""
 
 from chipwise.turning import reach
-from chipwise.turning.profile_function import clip, highest
+from chipwise.turning.profile_function import Graph, clip, highest
+from chipwise.turning.state import State
+from chipwise.turning.tool import LatheTool
 
 EDGE, HOLDER, BARRIER = "an edge that reaches over the work", "its holder", "a barrier"
 
 
-def obstacle(state, tool, work, z0, z1, edges=True):
+def obstacle(state: State, tool: LatheTool, work: Graph, z0: float, z1: float, edges: bool = True) -> tuple[float, str]:
     """(mm, text) of the highest position from z0 to z1 at which an outside tool touches something, and with what.
     work: graph that has to stay; edges: of the edges, too."""
     barrier = state.barrier[False]

@@ -11,12 +11,25 @@ itself.
 """
 
 import math
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from chipwise.turning import transverse
-from chipwise.turning.profile_function import above, at, clip, flat, highest, lower, upper, value
+from chipwise.turning.profile_function import (
+    Graph,
+    Interval,
+    Region,
+    above,
+    at,
+    clip,
+    flat,
+    highest,
+    lower,
+    upper,
+    value,
+)
 from chipwise.turning.levels import levels
-from chipwise.turning.path import ROUNDING_MM, Path
+from chipwise.turning.path import ROUNDING_MM, Path, Work
 
 THIN = 0.8  # of what a step may leave: ends of cuts on slopes are left for the finish
 SLOT_MM, ONE_MM = 0.05, 0.002  # positions of a grooving tool in a groove hardly wider than it; in one as wide as it
@@ -24,13 +37,13 @@ WALL_MM = 2e-4  # within so much the walls of such a groove are
 MERGE_MM = 2.0  # of two parts of a finish with so little between them one is made
 
 
-def worth(regions, least):
+def worth(regions: Iterable[Region], least: float) -> list[Region]:
     """Regions of above() that are higher than `least` mm and larger than its square: the others are rounding beside
     walls."""
     return [r for r in regions if r[3] > least and r[2] > least * least]
 
 
-def rough(work, zone, depth, least):
+def rough(work: Work, zone: Interval, depth: float, least: float) -> Path | None:
     """Path of the levels from the top of the stock down to reach, within zone (z0, z1); intervals with less than
     `least` mm on them are left out.  None if nothing is to be cut.
 
@@ -72,7 +85,7 @@ def rough(work, zone, depth, least):
     return path
 
 
-def _thick_part(now, floor, thin, interval):
+def _thick_part(now: Graph, floor: Graph, thin: float, interval: Interval) -> Interval:
     """The interval without its ends where less than `thin` mm is left above the floor: a step that finishes takes
     them."""
     found = above(now, floor, thin) if thin > ROUNDING_MM else []
@@ -85,10 +98,10 @@ class _Region(NamedTuple):
     z0: float
     z1: float
     top: float
-    heights: list
+    heights: list[float]
 
 
-def _cut(path, now, floor, a, b):
+def _cut(path: Path, now: Graph, floor: Graph, a: float, b: float) -> None:
     """One cut from b to a along a graph, with its entry, the shoulder at its end, and the exit."""
     path.enter(now, floor, b)
     path.follow(floor, b, a)
@@ -98,7 +111,7 @@ def _cut(path, now, floor, a, b):
     path.leave(b)
 
 
-def _climb(path, wall, level, aside):
+def _climb(path: Path, wall: float, level: float, aside: bool) -> None:
     """Up a wall to the level before, or to where nothing is left of the stock: what the edge leaves there leans away
     from it.
 
@@ -112,10 +125,10 @@ def _climb(path, wall, level, aside):
         path.feed(path.z, x)
 
 
-def finish(work, zone, least):
+def finish(work: Work, zone: Interval, least: float) -> Path | None:
     """Path along reach where the stock is above it by more than `least`, None if it is nowhere."""
     reach, contact = clip(work.reach, *zone), clip(work.contact, *zone)
-    parts = []
+    parts: list[Interval] = []
     for a, b, _, _ in worth(above(contact, reach, ROUNDING_MM), least):
         if parts and a - parts[-1][1] < MERGE_MM:
             parts[-1] = (parts[-1][0], b)
@@ -129,7 +142,7 @@ def finish(work, zone, least):
     return path
 
 
-def face(work, levels, x_from, x_to):
+def face(work: Work, levels: Sequence[float], x_from: float, x_to: float) -> Path:
     """Path of facing cuts at the positions `levels` (mm, from the right), each from x_from towards the axis to x_to."""
     path, gap = Path(work), work.clearance
     path.now = upper(path.now, [flat(levels[-1] - 1.0, levels[0] + 1.0, x_from)])
@@ -142,7 +155,7 @@ def face(work, levels, x_from, x_to):
     return path
 
 
-def plunge(work, zone, width, least, slots_only=False):
+def plunge(work: Work, zone: Interval, width: float, least: float, slots_only: bool = False) -> Path | None:
     """Path of plunges of a grooving tool, side by side by `width`, then along reach; one in a slot, a groove hardly
     wider than the tool.  None if nothing is to be cut."""
     contact, reach = clip(work.contact, *zone), clip(work.reach, *zone)
@@ -185,7 +198,7 @@ def plunge(work, zone, width, least, slots_only=False):
     return path
 
 
-def _is_slot(work, region, least):
+def _is_slot(work: Work, region: Region, least: float) -> bool:
     """Whether a region of positions is narrow and has walls on both sides."""
     a, b = region[:2]
     low = highest(work.reach, 0.5 * (a + b), 0.5 * (a + b)) + least
@@ -196,7 +209,7 @@ def _is_slot(work, region, least):
     )
 
 
-def _plunge_slot(path, a, b):
+def _plunge_slot(path: Path, a: float, b: float) -> None:
     """One plunge, in the middle of positions that are nearly one; else down at b, along the bottom, and up at a."""
     work, gap = path.work, path.work.clearance
     first, last = (0.5 * (a + b),) * 2 if b - a <= ONE_MM else (b - ROUNDING_MM, a + ROUNDING_MM)

@@ -7,9 +7,23 @@ sides, or goes away from it where a cut has ended; what cannot be farther from i
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 from chipwise.errors import CycleError
-from chipwise.turning.profile_function import above, clip, highest, lower, segment, upper, value
+from chipwise.turning.profile_function import (
+    Graph,
+    Interval,
+    Piece,
+    Place,
+    above,
+    clip,
+    highest,
+    lower,
+    segment,
+    upper,
+    value,
+)
+from chipwise.turning.tool import LatheTool
 
 ROUNDING_MM = 1e-6
 SHORT_MM = 1e-7  # of a shorter move only rounding is left
@@ -22,6 +36,9 @@ LEAVES = (
 )  # rise of a rapid away from the work, and of the stock below it at most: 20 degrees between them
 
 
+Kind = Literal["rapid", "feed", "arc", "thread"]
+
+
 class NoRoom(CycleError):
     """A tool cannot go where it should: another one may."""
 
@@ -31,10 +48,10 @@ class Move:
     """kind "rapid", "feed", "arc" or "thread"; end (z, x) of the nose's centre, mm; of an arc centre (z, x) and
     direction; of a thread mm per revolution of the spindle."""
 
-    kind: str
+    kind: Kind
     z: float
     x: float
-    centre: tuple = ()
+    centre: tuple[float, ...] = ()
     ccw: bool = False
     pitch: float = 0.0
 
@@ -59,53 +76,56 @@ class Work:
                         level, 0 for nothing
     """
 
-    reach: list
-    contact: list
-    block: list
-    start: tuple
+    reach: Graph
+    contact: Graph
+    block: Graph
+    start: Place
     roof: float = math.inf
     clearance: float = 0.5
-    touch: tuple = ()
-    given: tuple = ()
+    touch: Graph = ()
+    given: Graph = ()
     near: float = BESIDE_MM
     beside: float = BESIDE_MM
     faced: float = math.inf
-    stock: tuple = ()
+    stock: Graph = ()
     nose: float = 0.0
     lean: float = math.inf
     tooth: float = 0.0
-    tool: object = None
+    tool: LatheTool | None = None
 
 
 class Path:
     """Moves of a step in the making; z, x: where the tool is."""
 
-    def __init__(self, work):
-        self.work, self.moves = work, []
-        self.cut, self.cut_at = [], []  # path graph of every part that was fed; how many moves there were then
-        self.transverse, self.columns = [], 0  # (z0, z1) of what was cut in columns; how many of them
+    def __init__(self, work: Work) -> None:
+        self.work = work
+        self.moves: list[Move] = []
+        self.cut: list[Graph] = []  # path graph of every part that was fed
+        self.cut_at: list[int] = []  # how many moves there were then
+        self.transverse: list[Interval] = []  # what was cut in columns
+        self.columns = 0  # how many of them
         self.z, self.x = work.start
         self.now = list(work.touch or work.contact)  # contact with what is left
 
-    def rapid(self, z, x):
+    def rapid(self, z: float, x: float) -> None:
         if abs(z - self.z) > SHORT_MM or abs(x - self.x) > SHORT_MM:
             self._limit(x)
             self.moves.append(Move("rapid", z, x))
             self.z, self.x = z, x
 
-    def feed(self, z, x):
+    def feed(self, z: float, x: float) -> None:
         if abs(z - self.z) > SHORT_MM or abs(x - self.x) > SHORT_MM:
             self._limit(x)
             self.moves.append(Move("feed", z, x))
             self.z, self.x = z, x
 
-    def thread(self, z, x, pitch):
+    def thread(self, z: float, x: float, pitch: float) -> None:
         """A move in step with the spindle."""
         self._limit(x)
         self.moves.append(Move("thread", z, x, pitch=pitch))
         self.z, self.x = z, x
 
-    def _limit(self, x):
+    def _limit(self, x: float) -> None:
         if x > self.work.roof + ROUNDING_MM:
             raise NoRoom(
                 "the boring bar would touch the far side of the bore: it is {wide} too wide",
@@ -113,19 +133,19 @@ class Path:
                 wide=x - self.work.roof,
             )
 
-    def follow(self, path, z1, z0):
+    def follow(self, path: Graph, z1: float, z0: float) -> None:
         """Feed along a graph from z1 to the left to z0, walls included."""
         for p in reversed(clip(path, z0, z1)):
             self._along(p, p.z1, p.z0, p.side > 0)
         self.has_cut(clip(path, z0, z1))
 
-    def back(self, path, z0, z1):
+    def back(self, path: Graph, z0: float, z1: float) -> None:
         """Feed along a graph from z0 to the right to z1, walls included."""
         for p in clip(path, z0, z1):
             self._along(p, p.z0, p.z1, p.side < 0)
         self.has_cut(clip(path, z0, z1))
 
-    def _along(self, p, start, end, ccw):
+    def _along(self, p: Piece, start: float, end: float, ccw: bool) -> None:
         """Feed along a piece."""
         if abs(value(p, start) - self.x) > 1e-9 or start != self.z:
             self.feed(start, value(p, start))
@@ -137,24 +157,24 @@ class Path:
             self.moves.append(Move("arc", end, x, (p.zr, p.xr), ccw))
             self.z, self.x = end, x
 
-    def has_cut(self, graph):
+    def has_cut(self, graph: Graph) -> None:
         """The path along a graph is behind the tool."""
         self.cut.append(graph)
         self.cut_at.append(len(self.moves))
         if graph:
             self.lowered(graph)
 
-    def lowered(self, graph):
+    def lowered(self, graph: Graph) -> None:
         """Contact is at most this graph now."""
         a, b = graph[0].z0, graph[-1].z1
         self.now = [*clip(self.now, -math.inf, a), *lower(clip(self.now, a, b), graph), *clip(self.now, b, math.inf)]
 
-    def link(self, z, x):
+    def link(self, z: float, x: float) -> None:
         """To (z, x) by rapids above all that is left, by feed where they would be too near to it."""
         self._approach(z, x)
         self.feed(z, x)
 
-    def _approach(self, z, x):
+    def _approach(self, z: float, x: float) -> None:
         """To z and down to x, or to where a rapid has to end above it.  Under a roof the move across may have to be a
         feed."""
         least, most = max(self._height(min(z, self.z), max(z, self.z), x), self.x), self.work.roof
@@ -166,25 +186,25 @@ class Path:
         self.rapid(z, high)
         self.rapid(z, min(max(x, self._free(z, z)), high))
 
-    def home(self):
+    def home(self) -> None:
         """Back to where the step began."""
         if not self.cut:
             self.now = []
         self.link(*self.work.start)
 
-    def _height(self, z0, z1, x):
+    def _height(self, z0: float, z1: float, x: float) -> float:
         """Of a rapid between two places, no lower than x: above all between them.  At the places themselves walls are
         touched at most."""
         z0, z1 = z0 + ROUNDING_MM, z1 - ROUNDING_MM
         found = max(highest(self.now, z0, z1), highest(self.work.block, z0, z1)) if z1 > z0 else -math.inf
         return max(x, found + self.work.clearance)
 
-    def _free(self, z0, z1):
+    def _free(self, z0: float, z1: float) -> float:
         """Height above which a rapid between two places is clear of all that is left, beside them, too."""
         aside = max(self.work.beside - ROUNDING_MM, 0.0)
         return highest(self.now, min(z0, z1) - aside, max(z0, z1) + aside) + self.work.beside
 
-    def enter(self, now, path, z):
+    def enter(self, now: Graph, path: Graph, z: float) -> None:
         """To the right end z of a cut along `path`, without touching what is left (graph `now`) but by feed."""
         gap = self.work.clearance
         x = value(clip(path, z - 1.0, z)[-1], z)
@@ -200,7 +220,7 @@ class Path:
             self._approach(z, min(max(high, x), max(self.work.roof, x)))
         self.feed(z, x)
 
-    def can_leave(self, b):
+    def can_leave(self, b: float) -> float | None:
         """Rise (mm per mm) of a move to the upper right that goes away from what is left where a cut that began at b
         has ended; None: it would not."""
         gap, beside = self.work.clearance, self.work.beside
@@ -219,14 +239,14 @@ class Path:
                 return rise
         return None
 
-    def _below_beside(self, rise, most):
+    def _below_beside(self, rise: float, most: float) -> list[Piece]:
         """Graph, from where a move away with this rise would end: stock below it is `beside` from the move, or has at
         most the rise `most`, and is `beside` below its end."""
         gap, beside = self.work.clearance, self.work.beside
         apart = beside * math.hypot(1.0, rise) / rise  # along Z
         top = gap * rise - beside
 
-        def height(along):
+        def height(along: float) -> float:
             return min(top, max(most * along, rise * (along - apart)))
 
         bends = (rise * apart / (rise - most), top / most, apart + top / rise)
@@ -237,7 +257,7 @@ class Path:
             if b > a
         ]
 
-    def leave(self, b):
+    def leave(self, b: float) -> None:
         """Away from the work, if it can be."""
         rise = self.can_leave(b)
         if rise is not None:

@@ -11,11 +11,13 @@ Raises CycleError for whatever cannot be shown to be safe; nothing is planned th
 """
 
 import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from chipwise.errors import CycleError
-from chipwise.turning.profile_function import above, clip, flat, negative, value
-from chipwise.turning.state import ORDER, State
+from chipwise.turning.profile_function import Piece, Place, above, clip, flat, negative, value
+from chipwise.turning.path import Kind
+from chipwise.turning.state import ORDER, Order, State, Step
 from chipwise.turning.steps import REPEATED, STEPS
 
 MISSING_MM = 0.01  # the blank may be smaller than the part by so much
@@ -34,7 +36,7 @@ class Residue:
     area: float
     height: float
     inside: bool
-    lines: tuple
+    lines: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -42,21 +44,21 @@ class Plan:
     """order; steps; residue: (Residue, ..); stock: {inside: graph} at the end; safe: (z, x) mm where tools are
     changed."""
 
-    order: object
-    steps: tuple
-    residue: tuple
-    stock: dict
-    safe: tuple
+    order: Order
+    steps: tuple[Step, ...]
+    residue: tuple[Residue, ...]
+    stock: dict[bool, list[Piece]]
+    safe: Place
 
 
-def make_plan(order):
+def make_plan(order: Order) -> Plan:
     """Plan of an Order.  Raises CycleError."""
     for name in order.order:
         if name not in STEPS:
             raise CycleError(f"{name} is not a step", "use " + ", ".join(ORDER))
     _check(order)
     state = State(order)
-    steps = []
+    steps: list[Step] = []
     for name in order.order:
         try:
             for step in _made(state, name):
@@ -71,7 +73,7 @@ def make_plan(order):
     return Plan(order, tuple(steps), residue, state.stock, (state.safe_z, state.safe_x))
 
 
-def _made(state, name):
+def _made(state: State, name: str) -> Iterator[Step]:
     """The Steps of a name: rest machining, finishing and grooving are repeated as long as another tool reaches more."""
     step = STEPS[name](state, name)
     yield step
@@ -81,12 +83,12 @@ def _made(state, name):
             yield step
 
 
-def _of_step(order, number, name, error):
+def _of_step(order: Order, number: int, name: str, error: CycleError) -> CycleError:
     """A CycleError with its step."""
     return CycleError(f"step {number}, {name}: {error.problem}", error.remedy, **error.values).across(order.diameter)
 
 
-def _check(order):
+def _check(order: Order) -> None:
     """Refuse a blank that is smaller than the part, and a part inside of a barrier."""
     part, blank = order.part, order.blank
     if blank.z0 > part.z0 + MISSING_MM or blank.z1 < part.z1 - MISSING_MM:
@@ -120,7 +122,7 @@ def _check(order):
             )
 
 
-def _residue(state):
+def _residue(state: State) -> Iterator[Residue]:
     """Residues outside and inside, from the right."""
     for inside, wanted in ((False, state.order.part.outside + _hole_in_front(state)), (True, state.order.part.bore)):
         stock = clip(state.stock[inside], state.order.part.z0, math.inf)
@@ -130,7 +132,7 @@ def _residue(state):
                 yield Residue(z0, z1, area, height, inside, tuple(lines))
 
 
-def _hole_in_front(state):
+def _hole_in_front(state: State) -> list[Piece]:
     """Graph of what may be in front of the face: nothing but the hole, to the axis where there is none.  Facing has cut
     it off: there it is as at its end."""
     face, hole = state.order.part.z1, state.stock[True]
@@ -141,15 +143,15 @@ def _hole_in_front(state):
     ]
 
 
-def total_length(steps):
+def total_length(steps: Iterable[Step]) -> float:
     """Feed length (mm) of steps."""
     return sum(length for step in steps for kind, length in lengths(step) if kind != "rapid")
 
 
-def lengths(step):
+def lengths(step: Step) -> list[tuple[Kind, float]]:
     """[(kind, mm)] of a step's moves."""
     z, x = step.start
-    found = []
+    found: list[tuple[Kind, float]] = []
     for m in step.moves:
         chord = math.hypot(m.z - z, m.x - x)
         if m.kind == "arc":

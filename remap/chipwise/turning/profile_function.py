@@ -9,6 +9,7 @@ All lengths mm.  Everything is exact but for rounding: intersections are solved,
 """
 
 import math
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 TINY_MM = 1e-10  # shorter intervals are rounding
@@ -32,17 +33,25 @@ class Piece(NamedTuple):
     line: int = 0
 
 
-def flat(z0, z1, x, line=0):
+Graph = Sequence[Piece]  # as a function takes it; what functions make are lists
+View = Callable[[Graph], list[Piece]]  # mirrored(), or list for the same way round
+Interval = tuple[float, float]  # (z0, z1) mm
+Place = tuple[float, float]  # (z, x) mm
+Box = tuple[float, float, float, float]  # (z0, z1, x0, x1) mm, x as radii
+Region = tuple[float, float, float, float]  # (z0, z1, area mm2, largest height mm), of above()
+
+
+def flat(z0: float, z1: float, x: float, line: int = 0) -> Piece:
     """A horizontal piece."""
     return Piece(z0, z1, z0, x, line=line)
 
 
-def segment(z0, x0, z1, x1, line=0):
+def segment(z0: float, x0: float, z1: float, x1: float, line: int = 0) -> Piece:
     """The line from (z0, x0) to (z1, x1), z0 < z1."""
     return Piece(z0, z1, z0, x0, (x1 - x0) / (z1 - z0), line=line)
 
 
-def value(p, z):
+def value(p: Piece, z: float) -> float:
     """Height of a piece at z."""
     if p.r == 0.0:
         return p.xr + p.slope * (z - p.zr)
@@ -50,7 +59,7 @@ def value(p, z):
     return p.xr + p.side * math.sqrt(max(p.r * p.r - d * d, 0.0))
 
 
-def slope_at(p, z):
+def slope_at(p: Piece, z: float) -> float:
     """Slope of a piece at z."""
     if p.r == 0.0:
         return p.slope
@@ -59,18 +68,18 @@ def slope_at(p, z):
     return -p.side * d / h if h > 1e-12 else -p.side * math.copysign(1e12, d)
 
 
-def top(p, z0, z1):
+def top(p: Piece, z0: float, z1: float) -> float:
     """Largest height of a piece over [z0, z1]."""
     high = max(value(p, z0), value(p, z1))
     return p.xr + p.r if p.r and p.side > 0 and z0 < p.zr < z1 else high
 
 
-def lowest(p):
+def lowest(p: Piece) -> float:
     """Smallest height of a piece."""
     return p.xr - p.r if p.r and p.side < 0 and p.z0 < p.zr < p.z1 else min(value(p, p.z0), value(p, p.z1))
 
 
-def area_under(p, z0, z1):
+def area_under(p: Piece, z0: float, z1: float) -> float:
     """Integral of a piece over [z0, z1], mm2."""
     if p.r == 0.0:
         return (z1 - z0) * value(p, 0.5 * (z0 + z1))
@@ -79,7 +88,7 @@ def area_under(p, z0, z1):
     return p.xr * (z1 - z0) + p.side * p.r * p.r * half
 
 
-def _roots(p, q):
+def _roots(p: Piece, q: Piece) -> tuple[float, ...]:
     """z where two pieces' carriers meet; also where only the other halves of their circles do."""
     if p.r == 0.0 and q.r == 0.0:
         return () if p.slope == q.slope else ((value(q, 0.0) - value(p, 0.0)) / (p.slope - q.slope),)
@@ -102,7 +111,7 @@ def _roots(p, q):
     return (p.zr + (along * dz - across * dx) / d, p.zr + (along * dz + across * dx) / d)
 
 
-def _add(out, p, z0, z1):
+def _add(out: list[Piece], p: Piece, z0: float, z1: float) -> None:
     """Append a piece over [z0, z1], joined to the one before if it is the same."""
     if out:
         last = out[-1]
@@ -112,7 +121,7 @@ def _add(out, p, z0, z1):
     out.append(p if p[0] == z0 and p[1] == z1 else Piece(z0, z1, *p[2:]))
 
 
-def _choose(out, p, q, z0, z1, sign):
+def _choose(out: list[Piece], p: Piece, q: Piece, z0: float, z1: float, sign: int) -> None:
     """Append the higher (sign 1) or lower (-1) of two pieces over [z0, z1]."""
     if p[2] == q[2] and p[2:7] == q[2:7]:
         return _add(out, p, z0, z1)
@@ -127,7 +136,7 @@ def _choose(out, p, q, z0, z1, sign):
     return None
 
 
-def _choose_line(out, p, q, z0, z1, sign):
+def _choose_line(out: list[Piece], p: Piece, q: Piece, z0: float, z1: float, sign: int) -> None:
     """_choose() for two lines: their difference at both ends says where they cross."""
     _, _, zp, xp, sp, *_ = p
     _, _, zq, xq, sq, *_ = q
@@ -141,11 +150,12 @@ def _choose_line(out, p, q, z0, z1, sign):
     return _add(out, p if a + b >= 0.0 else q, z0, z1)
 
 
-def combine(f, g, sign):
+def combine(f: Graph, g: Graph, sign: int) -> list[Piece]:
     """Maximum (sign 1) or minimum (-1) of two graphs.  The maximum is where either is, the minimum where both are."""
     if not f or not g:
         return list(f or g) if sign > 0 else []
-    out, i, j = [], 0, 0
+    out: list[Piece] = []
+    i = j = 0
     p, q = f[0], g[0]
     p0, p1, q0, q1 = p[0], p[1], q[0], q[1]  # inf: that graph is used up
     z = min(p0, q0)
@@ -174,15 +184,15 @@ def combine(f, g, sign):
 _NONE = Piece(math.inf, math.inf, 0.0, 0.0)
 
 
-def upper(f, g):
+def upper(f: Graph, g: Graph) -> list[Piece]:
     return combine(f, g, 1)
 
 
-def lower(f, g):
+def lower(f: Graph, g: Graph) -> list[Piece]:
     return combine(f, g, -1)
 
 
-def envelope(graphs):
+def envelope(graphs: Iterable[Graph]) -> list[Piece]:
     """Maximum of many graphs; neighbours in the list should be neighbours in z."""
     graphs = [g for g in graphs if g]
     while len(graphs) > 1:
@@ -192,9 +202,9 @@ def envelope(graphs):
     return closed(graphs[0]) if graphs else []
 
 
-def closed(f):
+def closed(f: Graph) -> list[Piece]:
     """A graph without the gaps and slivers that rounding has opened."""
-    out = []
+    out: list[Piece] = []
     for p in f:
         if out and 0.0 < p.z0 - out[-1].z1 <= GAP_MM:
             p = p._replace(z0=out[-1].z1)
@@ -205,7 +215,7 @@ def closed(f):
     return out
 
 
-def clip(f, z0, z1):
+def clip(f: Graph, z0: float, z1: float) -> list[Piece]:
     """The part of a graph over [z0, z1]."""
     return [
         p if p[0] >= z0 and p[1] <= z1 else Piece(max(p[0], z0), min(p[1], z1), *p[2:])
@@ -214,33 +224,33 @@ def clip(f, z0, z1):
     ]
 
 
-def negative(f):
+def negative(f: Graph) -> list[Piece]:
     """-f: gaps stay gaps."""
     return [Piece(p.z0, p.z1, p.zr, -p.xr, -p.slope, p.r, -p.side, p.line) for p in f]
 
 
-def mirrored(f):
+def mirrored(f: Graph) -> list[Piece]:
     """f(-z)."""
     return [Piece(-p.z1, -p.z0, -p.zr, p.xr, -p.slope, p.r, p.side, p.line) for p in reversed(f)]
 
 
-def moved(f, dz, dx):
+def moved(f: Graph, dz: float, dx: float) -> list[Piece]:
     """The graph shifted."""
     return [Piece(p[0] + dz, p[1] + dz, p[2] + dz, p[3] + dx, *p[4:]) for p in f]
 
 
-def at(f, z):
+def at(f: Graph, z: float) -> float | None:
     """Height at z, the higher side of a wall; None in a gap."""
     found = [value(p, z) for p in f if p.z0 <= z <= p.z1]
     return max(found) if found else None
 
 
-def highest(f, z0, z1):
+def highest(f: Graph, z0: float, z1: float) -> float:
     """Largest height over [z0, z1], walls at its ends included; -inf without any."""
     return max([top(p, max(p[0], z0), min(p[1], z1)) for p in f if p[1] >= z0 and p[0] <= z1], default=-math.inf)
 
 
-def _lines_below(p, q, z0, z1, margin):
+def _lines_below(p: Piece, q: Piece, z0: float, z1: float, margin: float) -> bool:
     """Whether two pieces are lines, and p is nowhere more than a margin above q."""
     if p.r or q.r:
         return False
@@ -249,15 +259,16 @@ def _lines_below(p, q, z0, z1, margin):
     return a + rise * z0 <= 0.0 and a + rise * z1 <= 0.0
 
 
-def above(f, g, margin=0.0):
+def above(f: Graph, g: Graph, margin: float = 0.0) -> list[Region]:
     """[(z0, z1, area, height)] where f is more than a margin above g: intervals, area between them (mm2), largest
     difference at their pieces' ends and middles (mm).  Where g has a gap f must have one, too."""
-    found, i, j = [], 0, 0
+    found: list[Region] = []
+    i = j = 0
     while i < len(f) and j < len(g):
         p, q = f[i], g[j]
         z0, z1 = max(p.z0, q.z0), min(p.z1, q.z1)
         if z1 > z0 and not _lines_below(p, q, z0, z1, margin):
-            raised = Piece(*q[:3], q.xr + margin, *q[4:]) if margin else q
+            raised = Piece(q[0], q[1], q[2], q.xr + margin, *q[4:]) if margin else q
             cuts = [z0, *sorted(z for z in _roots(p, raised) if z0 < z < z1), z1]
             for a, b in zip(cuts, cuts[1:]):
                 middle = 0.5 * (a + b)

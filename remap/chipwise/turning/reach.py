@@ -12,9 +12,12 @@ A convex tool is the sum of its parts, so the disc, the cone and the flat are ad
 """
 
 import math
+from collections.abc import Iterator
 from functools import lru_cache
 
 from chipwise.turning.profile_function import (
+    Graph,
+    Interval,
     Piece,
     above,
     clip,
@@ -29,6 +32,7 @@ from chipwise.turning.profile_function import (
     upper,
     value,
 )
+from chipwise.turning.tool import LatheTool
 
 HOLDER_ROUNDS = 40  # each raises the positions by less; most tools need one
 HOLDER_MM = 0.2  # levels leave what is thinner than 0.05 mm, the holder stays farther away
@@ -36,7 +40,7 @@ SAME_MM = 1e-6  # a rise below this ends the rounds
 SLOPE, SAME_X_MM = 1e-6, 1e-9  # rounding of slopes and of heights at joints
 
 
-def disc(f, r):
+def disc(f: Graph, r: float) -> list[Piece]:
     """max over s of f(s) + sqrt(r^2 - (z - s)^2): f offset by r.  Ends of pieces are rounded where the graph is not
     concave.
 
@@ -45,7 +49,8 @@ def disc(f, r):
     """
     if r <= 0.0 or not f:
         return list(f)
-    graphs, offsets = [], [_offset(p, r) for p in f]
+    graphs: list[list[Piece]] = []
+    offsets = [_offset(p, r) for p in f]
     for k, (p, offset) in enumerate(zip(f, offsets)):
         before, after = (f[k - 1] if k else None), (f[k + 1] if k + 1 < len(f) else None)
         if _needs_disc(before, p, r, at_start=True):
@@ -53,22 +58,18 @@ def disc(f, r):
         if offset:
             _append(graphs, offset, -math.inf, math.inf)
         if _needs_disc(p, after, r, at_start=False):
-            joined = (
-                after is not None
-                and after.z0 == p.z1
-                and abs(value(after, p.z1) - value(p, p.z1)) <= SAME_X_MM
-                and offsets[k + 1]
-            )
+            meets = after is not None and after.z0 == p.z1 and abs(value(after, p.z1) - value(p, p.z1)) <= SAME_X_MM
+            joined = offsets[k + 1] if meets else None
             _append(
                 graphs,
                 _half_circle(p.z1, value(p, p.z1), r, p.line),
                 offset.z1 if offset else -math.inf,
-                offsets[k + 1].z0 if joined else math.inf,
+                joined.z0 if joined else math.inf,
             )
     return envelope(graphs)
 
 
-def _append(graphs, piece, z0, z1):
+def _append(graphs: list[list[Piece]], piece: Piece, z0: float, z1: float) -> None:
     """A piece, clipped to [z0, z1]: to the last graph if it is to the right of that, else as a new one."""
     if z0 > piece.z0 or z1 < piece.z1:
         piece = Piece(max(piece.z0, z0), min(piece.z1, z1), *piece[2:])
@@ -80,11 +81,11 @@ def _append(graphs, piece, z0, z1):
         graphs.append([piece])
 
 
-def _vanishes(p, r):
+def _vanishes(p: Piece, r: float) -> bool:
     return p.r > 0.0 and p.side < 0 and p.r <= r + 1e-9
 
 
-def _needs_disc(left, right, r, at_start):
+def _needs_disc(left: Piece | None, right: Piece | None, r: float, at_start: bool) -> bool:
     """Whether the joint of two pieces is rounded by this end: not if the graph turns up there and both pieces have
     offsets."""
     if left is None or right is None or left.z1 != right.z0:
@@ -98,11 +99,11 @@ def _needs_disc(left, right, r, at_start):
     return not at_start and slope_at(right, z) - slope_at(left, z) < 1e-6
 
 
-def _half_circle(z, x, r, line):
+def _half_circle(z: float, x: float, r: float, line: int) -> Piece:
     return Piece(z - r, z + r, z, x, 0.0, r, 1, line)
 
 
-def _offset(p, r):
+def _offset(p: Piece, r: float) -> Piece | None:
     if p.r == 0.0:
         length = math.hypot(1.0, p.slope)
         dz, dx = -p.slope * r / length, r / length
@@ -114,7 +115,7 @@ def _offset(p, r):
     return p._replace(z0=p.zr + (p.z0 - p.zr) * scale, z1=p.zr + (p.z1 - p.zr) * scale, r=radius)
 
 
-def falling_left(f, slope, z_low):
+def falling_left(f: Graph, slope: float, z_low: float) -> list[Piece]:
     """max over u >= 0 of f(z + u) - slope u, down to z_low: rays from f to the left, falling by `slope` mm per mm."""
     if math.isinf(slope) or not f:
         return list(f)
@@ -135,28 +136,28 @@ def falling_left(f, slope, z_low):
     return closed([p for part in reversed(parts) for p in part])
 
 
-def tangent(p, slope):
+def tangent(p: Piece, slope: float) -> float | None:
     """z where an upper arc has this slope: there its distance above a ray is largest."""
     return p.zr - p.r * slope / math.hypot(1.0, slope) if p.r and p.side > 0 else None
 
 
-def cone(f, left, right, domain):
+def cone(f: Graph, left: float, right: float, domain: Interval) -> list[Piece]:
     """f with rays: falling by `left` mm per mm to its left, by `right` to its right, within domain (z0, z1)."""
     f = falling_left(f, left, domain[0])
     return mirrored(falling_left(mirrored(f), right, -domain[1]))
 
 
-def window(f, u0, u1):
+def window(f: Graph, u0: float, u1: float) -> list[Piece]:
     """max over u0 <= u <= u1 of f(z + u): at one end of the window, or at a local maximum within."""
     if u1 <= u0:
         return moved(f, -u0, 0.0)
-    flats = []
+    flats: list[list[Piece]] = []
     for z, x, line in _maxima(f):
         _append(flats, flat(z - u1, z - u0, x, line), -math.inf, math.inf)
     return envelope([moved(f, -u1, 0.0), moved(f, -u0, 0.0), envelope(flats)])
 
 
-def _maxima(f):
+def _maxima(f: Graph) -> Iterator[tuple[float, float, int]]:
     """(z, x, line) of the local maxima of a graph, ends at gaps and tops of walls included; in doubt more than
     needed."""
     for k, p in enumerate(f):
@@ -171,31 +172,31 @@ def _maxima(f):
         if slope_at(p, p.z1) < -SLOPE:
             continue
         step = math.inf if after is None or after.z0 != p.z1 else last - value(after, p.z1)
-        if step > SAME_X_MM or step >= -SAME_X_MM and slope_at(after, p.z1) <= SLOPE:
+        if step > SAME_X_MM or step >= -SAME_X_MM and after is not None and slope_at(after, p.z1) <= SLOPE:
             yield p.z1, last, p.line
 
 
-def dilated(f, tool, more, domain):
+def dilated(f: Graph, tool: LatheTool, more: float, domain: Interval) -> list[Piece]:
     """Positions at which the tool's insert, its nose larger by `more`, touches the region of f."""
     return list(_dilated(tuple(f), tool, more, domain))
 
 
 @lru_cache(maxsize=32)
-def _dilated(f, tool, more, domain):
+def _dilated(f: tuple[Piece, ...], tool: LatheTool, more: float, domain: Interval) -> tuple[Piece, ...]:
     # an edge that rises by `right` per mm to the right of the nose meets what is to the right: rays fall to the left
-    f = cone(f, tool.right, tool.left, domain)
-    f = window(f, 0.0, tool.flat) if tool.flat > 0.0 else f
-    return tuple(clip(disc(f, tool.nose + more), *domain))
+    edges = cone(f, tool.right, tool.left, domain)
+    edges = window(edges, 0.0, tool.flat) if tool.flat > 0.0 else edges
+    return tuple(clip(disc(edges, tool.nose + more), *domain))
 
 
-def eroded(path, tool, domain):
+def eroded(path: Graph, tool: LatheTool, domain: Interval) -> list[Piece]:
     """What a path of positions leaves standing: the lowest edge of the insert over all of the path; gaps: untouched."""
     f = cone(negative(path), tool.left, tool.right, domain)
     f = window(f, -tool.flat, 0.0) if tool.flat > 0.0 else f
     return clip(negative(disc(f, tool.nose)), *domain)
 
 
-def after(stock, path, tool, domain):
+def after(stock: Graph, path: Graph, tool: LatheTool, domain: Interval) -> list[Piece]:
     """Stock after a path: where the path's gaps leave it, unchanged."""
     if not path or not stock:
         return list(stock)
@@ -210,7 +211,7 @@ def after(stock, path, tool, domain):
     return envelope([touched, *[clip(stock, *gap) for gap in gaps]])
 
 
-def holder_height(f, tool, aside=HOLDER_MM):
+def holder_height(f: Graph, tool: LatheTool, aside: float = HOLDER_MM) -> list[Piece]:
     """Positions at which the holder touches the region of f, or comes nearer than `aside` mm beside it; a side of it
     that does not go beyond the nose has no such distance, for the nose is nearer."""
     left = tool.holder_left - aside * (-tool.holder_left > tool.nose)
@@ -218,7 +219,9 @@ def holder_height(f, tool, aside=HOLDER_MM):
     return moved(window(f, left + SAME_MM, right - SAME_MM), 0.0, -tool.holder_up) if f else []
 
 
-def reachable(part, stock, tool, allowance, floor, domain):
+def reachable(
+    part: Graph, stock: Graph, tool: LatheTool, allowance: float, floor: float, domain: Interval
+) -> list[Piece]:
     """Lowest positions: the insert stays clear of the part by the allowance, the holder of part and stock as they are
     now.
 
@@ -228,7 +231,9 @@ def reachable(part, stock, tool, allowance, floor, domain):
     return closed(upper(insert, clip(moved(holder_height(upper(part, stock), tool), 0.0, HOLDER_MM), *domain)))
 
 
-def reachable_in_levels(part, stock, tool, allowance, floor, domain):
+def reachable_in_levels(
+    part: Graph, stock: Graph, tool: LatheTool, allowance: float, floor: float, domain: Interval
+) -> list[Piece] | None:
     """As reachable(), for roughing in levels: the holder stays clear of what the tool has left by then.  None if that
     does not come to an end.
 

@@ -5,26 +5,27 @@ import math
 import tomllib
 from dataclasses import replace
 
+from chipwise.ini import Ini
 from chipwise.program.find_sub import find_sub
 from chipwise.contour_sub.job import Job
 from chipwise.contour_sub.read import UnknownStart, one_contour, read_shape
 from chipwise.errors import MM_PER_INCH, Across, CycleError, braceless
 from chipwise.host.files import read_bytes
 from chipwise.machine.limits import trivial_joints
-from chipwise.turning.profile import blank_of_comment, make_profile
-from chipwise.turning.request import rpm
-from chipwise.turning.state import ORDER, Order
-from chipwise.turning.thread import Drive
-from chipwise.turning.thread_comment import read_threads
+from chipwise.settings import Settings
+from chipwise.turning.profile import Profile, blank_of_comment, make_profile
+from chipwise.turning.request import Request, Words, rpm
+from chipwise.turning.state import ORDER, Drive, Order
+from chipwise.turning.thread_comment import Thread, read_threads
 from chipwise.turning.times import Motion
-from chipwise.turning.tool import ROLES, make_tool, read_geometry, read_table
+from chipwise.turning.tool import ROLES, LatheTable, LatheTool, TableTool, make_tool, read_geometry, read_table
 
 MAX_STEPS_BYTES = 1 << 16
 UNKNOWN_MM_S = 50.0  # velocity of such an axis
 UNKNOWN_MM_S2 = 50.0  # acceleration of an axis whose INI file has none: slow, so that a run-in is long
 
 
-def read_profile(job):
+def read_profile(job: Job) -> Profile:
     """Profile of an O-sub.  Raises CycleError."""
     try:
         shape = read_shape(job)
@@ -39,7 +40,7 @@ def read_profile(job):
         raise _lathe_axes(error).across(job.diameter) from error
 
 
-def _lathe_axes(error):
+def _lathe_axes(error: CycleError) -> CycleError:
     """An error of the contour kernel, whose first coordinate is Z here, with the axes of a lathe."""
     if "X{x} Y{y}" in error.problem + error.remedy:
         error.values["y"] = Across(error.values["y"])
@@ -49,7 +50,7 @@ def _lathe_axes(error):
     return CycleError(*texts, **error.values)
 
 
-def job_of(program, request, machine):
+def job_of(program: str, request: Request, machine: "Machine") -> Job:
     """Job of the part's sub, for a program that is not run."""
     return Job(
         program=program,
@@ -65,7 +66,7 @@ def job_of(program, request, machine):
     )
 
 
-def make_order(job, text, request, machine, steps=ORDER):
+def make_order(job: Job, text: str, request: Request, machine: "Machine", steps: tuple[str, ...] = ORDER) -> Order:
     """Order of a request.  job: of the part's sub; text: of the program; machine: Machine.  Raises CycleError."""
     words = request.words
     part = read_profile(job)
@@ -92,7 +93,7 @@ def make_order(job, text, request, machine, steps=ORDER):
     )
 
 
-def with_start(error, job, words):
+def with_start(error: CycleError, job: Job, words: Words) -> CycleError:
     """The error, and that part or blank are drawn from where the tool is, if they are."""
     for sub in filter(None, (words["Q"], words["P"])):
         try:
@@ -112,7 +113,7 @@ def with_start(error, job, words):
     return error
 
 
-def _thread_speed(request, thread):
+def _thread_speed(request: Request, thread: Thread) -> int:
     """1/min, whole: that of its comment, else the program's, under G96 that of its diameter.  Raises CycleError."""
     speed = math.floor(thread.speed or rpm(request, thread.x))
     if speed < 1:
@@ -123,7 +124,7 @@ def _thread_speed(request, thread):
     return speed
 
 
-def read_steps(path):
+def read_steps(path: str) -> tuple[str, ...]:
     """Names of the steps of a TOML file, the usual ones without a file.  Raises CycleError."""
     if not path:
         return ORDER
@@ -138,7 +139,7 @@ def read_steps(path):
     return tuple(braceless(s) for s in steps)
 
 
-def tools_of(request, machine):
+def tools_of(request: Request, machine: "Machine") -> dict[str, tuple[LatheTool, ...]]:
     """{role: (LatheTool, ..)} of the program's LATHE comment, and for roles that it does not name of the tool geometry
     file."""
     table, geometry = read_table(machine.table), read_geometry(machine.geometry)
@@ -155,7 +156,7 @@ def tools_of(request, machine):
     return tools
 
 
-def tool_notes(order, request, machine):
+def tool_notes(order: Order, request: Request, machine: "Machine") -> list[CycleError]:
     """CycleErrors with what the operator may not expect of the tools: those of a role that the LATHE comment hides,
     drills at the insert's speed."""
     found = []
@@ -188,7 +189,9 @@ def tool_notes(order, request, machine):
     return found
 
 
-def _has_work(number, table, geometry, machine, order):
+def _has_work(
+    number: int, table: dict[int, TableTool], geometry: dict[int, LatheTable], machine: "Machine", order: Order
+) -> bool:
     """Whether a tool works on a side that the part has."""
     try:
         tool = make_tool(number, table, geometry, machine.unit_mm)
@@ -197,7 +200,7 @@ def _has_work(number, table, geometry, machine, order):
     return bool(order.part.bore) or not tool.inside
 
 
-def _of_role(tool, role):
+def _of_role(tool: LatheTool, role: str) -> LatheTool:
     """The tool, if its kind is that of the role.  Raises CycleError."""
     kind, key = (
         ("drill", "point_angle")
@@ -224,11 +227,11 @@ def _of_role(tool, role):
 
 class Machine:
     """What the plan needs of an INI file: ini, table and geometry (paths), unit_mm, close_gap, barrier_clearance,
-    traverse_clearance (mm), steps, motion (times.Motion), drive (thread.Drive), and startup (codes in force before a
+    traverse_clearance (mm), steps, motion (times.Motion), drive (state.Drive), and startup (codes in force before a
     program).
     """
 
-    def __init__(self, ini, settings, path):
+    def __init__(self, ini: Ini, settings: Settings, path: str) -> None:
         self.ini, self.table = path, ini.tool_table()
         if not self.table:
             raise CycleError("the INI file has no [EMCIO]TOOL_TABLE", "name the machine's INI file with --ini")
@@ -240,25 +243,26 @@ class Machine:
         self.motion = _motion(ini, self.unit_mm)
 
 
-def _motion(ini, unit_mm):
+def _motion(ini: Ini, unit_mm: float) -> Motion:
     """Motion of an INI file."""
 
-    def of_axes(key, path_key, otherwise):
+    def of_axes(key: str, path_key: str, otherwise: float) -> tuple[tuple[float, float], float]:
         path = ini.number("TRAJ", path_key) or otherwise
-        return tuple((ini.number(f"AXIS_{letter}", key) or path) * unit_mm for letter in "ZX"), path * unit_mm
+        z, x = ((ini.number(f"AXIS_{letter}", key) or path) * unit_mm for letter in "ZX")
+        return (z, x), path * unit_mm
 
     velocity, path_velocity = of_axes("MAX_VELOCITY", "MAX_LINEAR_VELOCITY", UNKNOWN_MM_S / unit_mm)
     acceleration, path_acceleration = of_axes("MAX_ACCELERATION", "MAX_LINEAR_ACCELERATION", UNKNOWN_MM_S2 / unit_mm)
     return Motion(velocity, acceleration, path_velocity, path_acceleration)
 
 
-def _drive(ini, unit_mm):
+def _drive(ini: Ini, unit_mm: float) -> Drive:
     """Drive of an INI file, without the direction of the spindle: the lowest limits of the Z axis, its joint and the
     path."""
     joint = trivial_joints(ini.lines).find("Z")
     sections = ["AXIS_Z", *([f"JOINT_{joint}"] if joint >= 0 else [])]
 
-    def least(key, path_key):
+    def least(key: str, path_key: str) -> float:
         found = [ini.number(section, key) for section in sections] + [ini.number("TRAJ", path_key)]
         return min((v for v in found if v), default=math.inf) * unit_mm
 

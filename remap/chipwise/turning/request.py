@@ -7,11 +7,14 @@ understood on the lines that are read as text; an expression is refused.
 
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import NoReturn, TypedDict
 
 from chipwise.program import comments
 from chipwise.errors import MM_PER_INCH, CycleError, braceless
 from chipwise.host.files import read_bytes
+from chipwise.turning.profile_function import Box
 from chipwise.turning.tool import ROLES
 
 MAX_BYTES = 1 << 26  # of a program
@@ -19,6 +22,21 @@ FAR_MM = 1e4  # a barrier without K ends here, to the left
 _WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+))")
 _KNOWN, _KNOWN_BARRIER = "GQPIDEFHLN", "GXZIKN"
 _OFFSETS = {10.0, 54.0, 55.0, 56.0, 57.0, 58.0, 59.0, 59.1, 59.2, 59.3, 92.0, 92.1, 92.2, 92.3}
+
+
+Roles = dict[str, tuple[int, ...]]  # {role: (tool numbers)}
+
+
+class Words(TypedDict, total=False):
+    """Words of G26, lengths in mm; complete() sets all of them."""
+
+    Q: int
+    P: int
+    I: float
+    D: float
+    F: float
+    E: float
+    H: int
 
 
 @dataclass
@@ -39,17 +57,17 @@ class Request:
     plane: int = 18
     incremental: bool = False
     ijk_absolute: bool = False
-    barriers: tuple = ()
-    roles: dict = field(default_factory=dict)
-    words: dict = field(default_factory=dict)
+    barriers: tuple[Box, ...] = ()
+    roles: Roles = field(default_factory=dict)
+    words: Words = field(default_factory=lambda: Words())
 
     @property
-    def scale(self):
+    def scale(self) -> float:
         """mm of a program unit."""
         return MM_PER_INCH if self.unit == "in" else 1.0
 
 
-def read_program(path):
+def read_program(path: str) -> str:
     """Text of the program that G26 is in, "" for the path ""."""
     if not path:
         return ""
@@ -59,7 +77,7 @@ def read_program(path):
         raise CycleError(f"{braceless(path)}: {error.strerror}", "open the program again") from error
 
 
-def read_request(text, before=""):
+def read_request(text: str, before: str = "") -> Request:
     """Request of a program's text.  before: codes in force when it begins (Ini.startup_codes()).  Raises CycleError
     naming the line."""
     request = Request()
@@ -103,19 +121,19 @@ def read_request(text, before=""):
     )
 
 
-def lines_of_plans(text):
+def lines_of_plans(text: str) -> list[int]:
     """Numbers of the lines with G26 or G27: only the first is planned without a machine."""
     return [number for number, line in _program_lines(text) if _split(line)[0] & {26.0, 27.0}]
 
 
-def _only(words, known, code, number, remedy):
+def _only(words: dict[str, float], known: str, code: str, number: int, remedy: str) -> None:
     """CycleError for a word that a code does not have."""
     for letter in words:
         if letter not in known and letter not in "ST":
             raise CycleError(f"{letter} is not a word of {code} (line {number})", remedy, code)
 
 
-def read_spindle(text, last):
+def read_spindle(text: str, last: int) -> tuple[bool, float, float]:
     """(css, cap, speed) that the lines of a program up to number `last` set; 0 for what they do not set as a number."""
     request = Request()
     for number, line in _program_lines(text):
@@ -125,9 +143,9 @@ def read_spindle(text, last):
     return request.css, request.cap, request.speed
 
 
-def _program_lines(text):
+def _program_lines(text: str) -> Iterator[tuple[int, str]]:
     """(number, line in capitals without comments) outside of subs."""
-    inside = None
+    inside: str | None = None
     for number, raw in enumerate(text.splitlines(), 1):
         line = re.sub(r"\([^)]*\)?|;.*", "", raw).upper()
         o_word = re.match(r"(?:N\d+)?O(\d+|<[^>]*>)(SUB|ENDSUB)", line.replace(" ", ""))
@@ -137,7 +155,7 @@ def _program_lines(text):
             yield number, line
 
 
-def _split(line):
+def _split(line: str) -> tuple[set[float], dict[str, float]]:
     """({G-codes}, {letter: number} of the other words) of a line."""
     words = _WORD.findall(line)
     return {float(v) for letter, v in words if letter == "G"}, {
@@ -145,7 +163,7 @@ def _split(line):
     }
 
 
-def rpm(request, x):
+def rpm(request: Request, x: float) -> float:
     """Speed of the spindle at radius x (mm), 1/min."""
     if not request.css:
         return request.speed
@@ -154,17 +172,17 @@ def rpm(request, x):
     return min(speed, request.cap) if request.cap else speed
 
 
-def read_roles(text):
+def read_roles(text: str) -> Roles:
     """{role: (tool numbers)} of the LATHE comments of a program."""
-    roles = {}
+    roles: Roles = {}
     for inside in comments.insides(text, "LATHE"):
         roles.update(_roles(inside))
     return roles
 
 
-def _roles(text):
+def _roles(text: str) -> Roles:
     """{role: (number,)} of the inside of a LATHE comment."""
-    found = {}
+    found: Roles = {}
     for part in filter(None, (p.strip() for p in text.split(","))):
         key, _, number = (w.strip() for w in part.partition("="))
         if key.lower() not in ROLES or not re.fullmatch(r"\d{1,9}", number):
@@ -177,7 +195,7 @@ def _roles(text):
     return found
 
 
-def _modes(request, codes, words, line):
+def _modes(request: Request, codes: set[float], words: dict[str, float], line: str) -> None:
     """Modes that a line sets.  A change of unit or kind of feed ends the feed before."""
     before = request.unit, request.per_rev
     for code, name, value in (
@@ -209,7 +227,7 @@ def _modes(request, codes, words, line):
     request.direction = 3 if 3 in stops else 4 if 4 in stops else 0 if 5 in stops else request.direction
 
 
-def _barrier(request, words, number):
+def _barrier(request: Request, words: dict[str, float], number: int) -> Box:
     """(z0, z1, x0, x1) mm of a G22 line."""
     if "X" not in words or "Z" not in words:
         raise CycleError(
@@ -224,15 +242,16 @@ def _barrier(request, words, number):
     )
 
 
-def box(x, z, i, k):
+def box(x: float, z: float, i: float, k: float | None) -> Box:
     """(z0, z1, x0, x1) of a barrier's corners X Z and I K, mm, x as radii; K None: it goes on to the left."""
-    return (*sorted((z, -FAR_MM if k is None else k)), *sorted((abs(x), abs(i))))
+    other = -FAR_MM if k is None else k
+    return min(z, other), max(z, other), min(abs(x), abs(i)), max(abs(x), abs(i))
 
 
-def complete(request, words, where=""):
+def complete(request: Request, words: dict[str, float], where: str = "") -> Request:
     """The Request with the words of G26 or G27, in program units, checked; where: " (line 5)" for the messages."""
 
-    def wrong(fact, remedy):
+    def wrong(fact: str, remedy: str) -> NoReturn:
         raise CycleError(fact + where, remedy, "G26" if where else None)
 
     if "Q" not in words:

@@ -10,18 +10,21 @@ another one.  In doubt the plan begins with the whole blank, which is safe: it c
 import math
 import time
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from chipwise.errors import CycleError
 from chipwise.turning import stock_file
 from chipwise.turning.profile_function import clip, flat, value
-from chipwise.turning.stock_file import Stage
-from chipwise.turning.plan import make_plan
+from chipwise.turning.stock_file import Key, Stage
+from chipwise.turning.plan import Plan, make_plan
 from chipwise.turning.profile import Profile
+from chipwise.turning.state import Order
 
 MOST_PIECES = 20_000  # of graphs in a file; of more stages every second one is kept, every third ..
 ON_AXIS_MM = 1e-4  # what is not higher is what a nose leaves on the axis
 WHOLE = "the whole blank is planned"
+
+Marks = list[tuple[int, int]]  # (moves that have been made, number of the stage), ..
 
 
 @dataclass(frozen=True)
@@ -29,13 +32,13 @@ class Choice:
     """plan; stage: the Stage that it begins with, None for the blank; changed: s, when that was written; notes:
     CycleErrors, for the operator."""
 
-    plan: Any
-    stage: Any = None
+    plan: Plan
+    stage: Stage | None = None
     changed: float = 0.0
-    notes: tuple = ()
+    notes: tuple[CycleError, ...] = ()
 
 
-def choose(order, path, key):
+def choose(order: Order, path: str, key: Key) -> Choice:
     """Choice for an Order: from the stock that the file `path` has, else from the blank.  key: kept.Key; path "":
     there is no file.
 
@@ -68,23 +71,24 @@ def choose(order, path, key):
     )
 
 
-def _whole(order, note):
+def _whole(order: Order, note: CycleError) -> Choice:
     """Choice of the whole blank, and why."""
     return Choice(make_plan(order), notes=(note,))
 
 
-def question(choice):
-    """What the operator is asked before such a plan is carried out, as a CycleError."""
-    when = time.strftime("%Y-%m-%d %H:%M", time.localtime(choice.changed))
+def question(stage: Stage, changed: float) -> CycleError:
+    """What the operator is asked before a plan that begins with a stage is carried out, as a CycleError.  changed: s,
+    when that was written."""
+    when = time.strftime("%Y-%m-%d %H:%M", time.localtime(changed))
     return CycleError(
         "the part that was stopped on {when} in the step {step} goes on from there",
         "press Resume if it is in the chuck as it was, else press Stop, and Start for another blank",
         when=when,
-        step=choice.stage.step,
+        step=stage.step,
     )
 
 
-def blank_of(stage):
+def blank_of(stage: Stage) -> Profile:
     """Profile of the stock of a stage."""
     end = max((p.z1 for p in stage.outside if max(value(p, p.z0), value(p, p.z1)) > ON_AXIS_MM), default=-math.inf)
     outside = clip(stage.outside, -math.inf, end)
@@ -97,34 +101,35 @@ class Stages(NamedTuple):
     """stages: [Stage], the first is the beginning; marks: {number of a step: ((moves that have been made, number of the
     stage), ..)}, the end of the step last."""
 
-    stages: list
-    marks: dict
+    stages: list[Stage]
+    marks: dict[int, Marks]
 
 
-def stages(plan, begun=""):
+def stages(plan: Plan, begun: str = "") -> Stages:
     """Stages of a plan whose blank is what the step `begun` has left, "" for a blank that is whole."""
     blank = plan.order.blank
     stock = {False: blank.outside, True: blank.bore or [flat(blank.z0, blank.z1, 0.0)]}
     threads, every = tuple(blank.threads), _every(plan)
-    found, marks = [Stage(begun, stock[False], stock[True], threads)], {}
+    found = [Stage(begun, stock[False], stock[True], threads)]
+    marks: dict[int, Marks] = {}
     for number, step in enumerate(plan.steps, 1):
         if not step.needed:
             continue
         marks[number] = []
         for count, graph in step.cuts[every - 1 : -1 : every]:
-            now = {**stock, step.tool.inside: graph}
+            now = {**stock, step.used_tool.inside: graph}
             marks[number].append((count, len(found)))
             found.append(Stage(step.name, now[False], now[True], threads))
         stock = step.after
         threads += tuple(
-            t for t in plan.order.part.threads if step.name.startswith("thread") and t.inside == step.tool.inside
+            t for t in plan.order.part.threads if step.name.startswith("thread") and t.inside == step.used_tool.inside
         )
         marks[number].append((len(step.moves), len(found)))
         found.append(Stage(step.name, stock[False], stock[True], threads))
     return Stages(found, marks)
 
 
-def _every(plan):
+def _every(plan: Plan) -> int:
     """Of how many cuts one is kept."""
     pieces = sum(len(graph) for step in plan.steps for _, graph in step.cuts)
     return max(math.ceil(pieces / MOST_PIECES), 1)

@@ -7,14 +7,15 @@ they reach: nothing of that is a reason to refuse the plan.
 
 import math
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from chipwise.errors import fill
 from chipwise.turning import passes, reach
-from chipwise.turning.profile_function import above, clip, negative, upper
+from chipwise.turning.profile_function import Graph, Interval, Piece, Region, View, above, clip, negative, upper
 from chipwise.turning.grooves import left_to_groove
-from chipwise.turning.path import NoRoom
-from chipwise.turning.state import CLEARANCE_MM, Step, roof, tools_of_role, without_tool
+from chipwise.turning.path import NoRoom, Path, Work
+from chipwise.turning.state import CLEARANCE_MM, State, Step, roof, tools_of_role, without_tool
+from chipwise.turning.tool import LatheTool
 
 ROUGH_MM = 0.05  # a roughing step leaves what is thinner
 FINISH_MM = 0.003  # a finishing step, too
@@ -27,7 +28,7 @@ TOOTH, TOOTH_MM, TOOTH_SHARE = (
 FINISHES = 3  # of a finishing tool, one after the other: each finds the stock lower that its holder has to be clear of
 
 
-def _out_of_reach(state, tool, contact):
+def _out_of_reach(state: State, tool: LatheTool, contact: Graph) -> list[Piece]:
     """Stock in the bore (graph) that the tool cannot cut because its bar would touch the far side: what lies behind it,
     too."""
     far = reach.window(state.stock[True], tool.holder_left, state.domain[1] - state.domain[0])
@@ -36,19 +37,22 @@ def _out_of_reach(state, tool, contact):
     return clip(state.stock[True], -math.inf, beyond[-1][1]) if beyond else []
 
 
+_Frame = tuple[LatheTool, View, Interval]
+
+
 class _Found(NamedTuple):
     """What a tool can do: path (None: nothing), mm2 within its reach, tool, view and domain as in State.work(), text of
     what it leaves ("")."""
 
-    path: Any
+    path: Path | None
     area: float
-    tool: Any
-    view: Any
-    domain: tuple
+    tool: LatheTool
+    view: View
+    domain: Interval
     left: str = ""
 
 
-def turn(state, name, role, inside, finishing, rest=False):
+def turn(state: State, name: str, role: str, inside: bool, finishing: bool, rest: bool = False) -> Step:
     """Roughing or finishing, outside or inside, with the first tool of the role that has something to do; rest: all
     that may rough, the first one last.  A tool that cannot go there is passed over; why is remembered (State.failed)
     and counts if nothing else takes the stock."""
@@ -83,7 +87,9 @@ def turn(state, name, role, inside, finishing, rest=False):
     )
 
 
-def _turned(state, name, tool, finishing, allowance, least):
+def _turned(
+    state: State, name: str, tool: LatheTool, finishing: bool, allowance: float, least: float
+) -> tuple[Step | None, str]:
     """(Step of a tool, None if it has nothing to do; text of what it leaves).  A finish is made again where the holder
     could not go before the stock beside it was cut: the allowance of a face keeps it from the axis."""
     step, found, inside = None, None, tool.inside
@@ -111,7 +117,9 @@ def _turned(state, name, tool, finishing, allowance, least):
     return step, left
 
 
-def _path(state, name, tool, finishing, allowance, least, again):
+def _path(
+    state: State, name: str, tool: LatheTool, finishing: bool, allowance: float, least: float, again: bool
+) -> _Found:
     """_Found of a tool."""
     keep = (
         _out_of_reach(state, tool, reach.dilated(state.stock[True], tool, 0.0, state.domain))
@@ -132,16 +140,16 @@ def _path(state, name, tool, finishing, allowance, least, again):
     return _found(path, regions, (framed, view, domain))
 
 
-def _found(path, regions, frame, left=""):
+def _found(path: Path | None, regions: list[Region], frame: _Frame, left: str = "") -> _Found:
     return _Found(path if path and path.cut else None, sum(r[2] for r in regions), *frame, left)
 
 
-def _regions(work, domain, least):
+def _regions(work: Work, domain: Interval, least: float) -> list[Region]:
     """Regions of positions with stock that is worth a cut."""
     return passes.worth(above(clip(work.contact, *domain), work.reach, passes.ROUNDING_MM), least)
 
 
-def _finish(state, tool, work, keep, frame, least, again):
+def _finish(state: State, tool: LatheTool, work: Work, keep: Graph, frame: _Frame, least: float, again: bool) -> _Found:
     """_Found of a finishing tool.  Stock that is too thick for it is left to other steps: there no position is below
     contact.
 
@@ -165,12 +173,12 @@ def _finish(state, tool, work, keep, frame, least, again):
     return _finished(replace(state.work(tool, 0.0, False, keep)[0], roof=work.roof), frame, least, left)
 
 
-def _finished(work, frame, least, left=""):
+def _finished(work: Work, frame: _Frame, least: float, left: str = "") -> _Found:
     regions = _regions(work, frame[2], least)
     return _found(passes.finish(work, frame[2], least) if regions else None, regions, frame, left)
 
 
-def _direction(path, tool):
+def _direction(path: Path, tool: LatheTool) -> str:
     """Text: levels along Z, columns, or both."""
     found = [f"longitudinal, towards {'-Z' if tool.towards < 0 else '+Z'}"] if len(path.cut) > path.columns else []
     return " and ".join(
@@ -178,13 +186,13 @@ def _direction(path, tool):
     )
 
 
-def _finished_later(state, name, inside):
+def _finished_later(state: State, name: str, inside: bool) -> bool:
     """Whether a step after this one finishes the side."""
     later = state.order.order[state.order.order.index(name) + 1 :]
     return f"finish {'inside' if inside else 'outside'}" in later and bool(tools_of_role(state, "finish", inside))
 
 
-def _thickness(state, tool, contact, keep):
+def _thickness(state: State, tool: LatheTool, contact: Graph, keep: Graph) -> tuple[float, list[Region]]:
     """(mm, regions of positions) that are too thick for a finishing cut."""
     most = max(THICK * state.order.allowance, THIN_MM)
     reserve = state.lowest(tool, most, keep=keep)[0]

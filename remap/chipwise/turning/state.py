@@ -2,11 +2,30 @@
 """Part, stock and barriers on both sides while the steps go on; what a step is.  Called by steps.py and plan.py."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 from chipwise.turning import passes, reach
-from chipwise.turning.profile_function import above, clip, flat, highest, mirrored, negative, upper, value
-from chipwise.turning.path import BESIDE_MM, Move, NoRoom, Work
+from chipwise.turning.profile_function import (
+    Box,
+    Graph,
+    Interval,
+    Piece,
+    Place,
+    View,
+    above,
+    clip,
+    flat,
+    highest,
+    mirrored,
+    negative,
+    upper,
+    value,
+)
+from chipwise.errors import CycleError
+from chipwise.turning.path import BESIDE_MM, Move, NoRoom, Path, Work
+from chipwise.turning.profile import Profile
+from chipwise.turning.tool import LatheTool
 
 CLEARANCE_MM = 0.5
 FACED_MM = 0.05  # a blank that ends so near to the face of the part has been faced
@@ -31,26 +50,37 @@ ORDER = (
 
 
 @dataclass(frozen=True)
+class Drive:
+    """What a thread needs of spindle and Z axis.  direction: 3 or 4 as M3, M4, 0 unknown; velocity, acceleration: mm/s,
+    mm/s2, of Z; override:  the largest of the spindle, 1 = 100 %."""
+
+    direction: int = 0
+    velocity: float = math.inf
+    acceleration: float = math.inf
+    override: float = 1.0
+
+
+@dataclass(frozen=True)
 class Order:
     """What is to be made.  part, blank: Profile; tools: {role: (LatheTool, ..)}; barriers: ((z0, z1, x0, x1), ..);
-    allowance, depth: mm; order: names of the steps; drive: thread.Drive, None where no thread is to be cut; diameter: X
+    allowance, depth: mm; order: names of the steps; drive: Drive; diameter: X
     is a diameter in messages (G7); clearance: mm that tools keep from barriers; beside: mm that rapids keep from
     stock."""
 
-    part: object
-    blank: object
-    tools: dict
-    barriers: tuple = ()
+    part: Profile
+    blank: Profile
+    tools: dict[str, tuple[LatheTool, ...]]
+    barriers: tuple[Box, ...] = ()
     allowance: float = 0.0
     depth: float = 1.0
-    order: tuple = ORDER
-    drive: object = None
+    order: tuple[str, ...] = ORDER
+    drive: Drive = Drive()
     diameter: bool = False
     clearance: float = 0.0
     beside: float = BESIDE_MM
 
     @property
-    def approach(self):
+    def approach(self) -> float:
         """mm before stock at which a rapid ends."""
         return max(CLEARANCE_MM, self.beside)
 
@@ -65,17 +95,24 @@ class Step:
     name: str
     needed: bool
     why: str
-    tool: object = None
+    tool: LatheTool | None = None
     direction: str = ""
     z0: float = 0.0
     z1: float = 0.0
-    moves: list = field(default_factory=list)
-    start: tuple = (0.0, 0.0)
+    moves: list[Move] = field(default_factory=list)
+    start: Place = (0.0, 0.0)
     removed: float = 0.0
     speed: float = 0.0
-    cuts: list = field(default_factory=list)
-    after: dict = field(default_factory=dict)
-    transverse: tuple = ()
+    cuts: list[tuple[int, list[Piece]]] = field(default_factory=list)
+    after: dict[bool, list[Piece]] = field(default_factory=dict)
+    transverse: tuple[Interval, ...] = ()
+
+    @property
+    def used_tool(self) -> LatheTool:
+        """The tool of a step that is needed."""
+        if self.tool is None:
+            raise ValueError(f"{self.name} has no tool")
+        return self.tool
 
 
 class State:
@@ -83,7 +120,7 @@ class State:
     it.  standing: with what the relief of the edges leaves on slopes; no step cuts that, and rapids have to keep clear
     of it."""
 
-    def __init__(self, order):
+    def __init__(self, order: Order) -> None:
         self.order, part, blank = order, order.part, order.blank
         holders = [t for tools in order.tools.values() for t in tools]
         more = 50.0 + max(
@@ -101,9 +138,11 @@ class State:
         self.safe_z = max(part.z1, blank.z1) + max(FAR_MM, order.beside)
         self.stock = {False: blank.outside, True: blank.bore or [flat(blank.z0, blank.z1, 0.0)]}
         self.given, self.standing = dict(self.stock), dict(self.stock)
-        self.made = set()  # (name of a step, tool number): each tool makes a step once
-        self.lids = {}  # {tool number: pieces of what it leaves to a grooving tool}
-        self.failed = []  # (name of a step, LatheTool, CycleError): a tool that could not make it
+        self.made: set[tuple[str, int]] = set()  # (name of a step, tool number): each tool makes a step once
+        self.lids: dict[int, list[Piece]] = {}  # {tool number: pieces of what it leaves to a grooving tool}
+        self.failed: list[
+            tuple[str, LatheTool, CycleError]
+        ] = []  # (name of a step, LatheTool, CycleError): a tool that could not make it
         self.faced = part.z1 + order.allowance if blank.z1 <= part.z1 + order.allowance + FACED_MM else math.inf
         self.through = bool(part.bore) and part.bore[0].z0 < part.z0 + passes.ROUNDING_MM
         self.part = {
@@ -115,7 +154,7 @@ class State:
             True: _boxes(order.barriers, 2, -1, order.clearance),
         }
 
-    def _bore(self, bore):
+    def _bore(self, bore: Graph) -> list[Piece]:
         """The bore with its end: solid, a little behind it if it goes through the part."""
         if not bore:
             return []
@@ -123,7 +162,9 @@ class State:
         more = [flat(end, bore[0].z0, value(bore[0], bore[0].z0))] if self.through else []
         return [flat(self.domain[0], end, 0.0), *more, *bore]
 
-    def work(self, tool, allowance, levels=False, keep=(), standing=None):
+    def work(
+        self, tool: LatheTool, allowance: float, levels: bool = False, keep: Graph = (), standing: Graph | None = None
+    ) -> tuple[Work, View, LatheTool, Interval]:
         """(Work, view, tool, domain) of a tool on its side; view: mirror of Z for a tool that cuts towards +Z.
 
         levels: the tool works in levels, else through all at once; keep: stock
@@ -160,11 +201,14 @@ class State:
             domain,
         )
 
-    def lowest(self, tool, allowance, levels=False, keep=(), standing=None):
+    def lowest(
+        self, tool: LatheTool, allowance: float, levels: bool = False, keep: Graph = (), standing: Graph | None = None
+    ) -> tuple[list[Piece], View, LatheTool, Interval]:
         """(lowest positions allowed, view, tool, domain) of a tool on its side, arguments as work()'s."""
         side = tool.inside
-        view = mirrored if tool.towards > 0 else list
+        view: View = list
         if tool.towards > 0:
+            view = mirrored
             tool = replace(
                 tool, left=tool.right, right=tool.left, holder_left=-tool.holder_right, holder_right=-tool.holder_left
             )
@@ -183,7 +227,7 @@ class State:
             raise NoRoom("the holder finds no place beside the work", "correct the holder in the tool geometry file")
         return found, view, tool, domain
 
-    def _floor(self, inside):
+    def _floor(self, inside: bool) -> float:
         """The lowest position of a nose: at the axis or the hole in front of the face; inside, below all of the
         bore."""
         if inside:
@@ -195,7 +239,7 @@ class State:
             else 0.0
         )
 
-    def cut(self, step, path, tool, view, domain):
+    def cut(self, step: Step, path: Path, tool: LatheTool, view: View, domain: Interval) -> None:
         """Take a path's cuts from the stock, and add its moves to the step."""
         side, done = tool.inside, len(step.moves)
         before = self.stock[side]
@@ -215,11 +259,11 @@ class State:
         flip = -1.0 if view is mirrored else 1.0
         cut = [flip * z for part in path.cut for z in (part[0].z0, part[-1].z1)] + [step.z0, step.z1] * bool(done)
         step.z0, step.z1 = min(cut), max(cut)
-        step.transverse = tuple(tuple(sorted((flip * a, flip * b))) for a, b in path.transverse)
+        step.transverse = tuple((min(flip * a, flip * b), max(flip * a, flip * b)) for a, b in path.transverse)
         step.needed = True
 
 
-def tools_of_role(state, role, inside, flat_bottom=False):
+def tools_of_role(state: State, role: str, inside: bool, flat_bottom: bool = False) -> list[LatheTool]:
     """The tools of a role that work on a side, in the order of the program."""
     return [
         t
@@ -228,19 +272,19 @@ def tools_of_role(state, role, inside, flat_bottom=False):
     ]
 
 
-def without_tool(name, role, inside):
+def without_tool(name: str, role: str, inside: bool) -> Step:
     """The step, not needed for want of a tool."""
     side = "inside" if inside else "outside"
     return Step(name, False, f"no tool for it: none of role {role.upper()} works {side}")
 
 
-def roof(state, tool, deepest):
+def roof(state: State, tool: LatheTool, deepest: float) -> float:
     """The highest position in the bore at which the far side of a boring bar is clear, for cuts down to Z deepest,
     mm."""
     return -highest(state.stock[True], deepest + tool.holder_left, math.inf) + tool.nose - tool.bar
 
 
-def oriented(path, mirror):
+def oriented(path: Path, mirror: bool) -> tuple[Place, list[Move]]:
     """(start, moves) of a path; mirror: it was made in the mirror of Z."""
     flip = -1.0 if mirror else 1.0
     moves = [
@@ -250,21 +294,21 @@ def oriented(path, mirror):
     return (flip * path.work.start[0], path.work.start[1]), moves
 
 
-def _boxes(barriers, column, sign, clearance):
+def _boxes(barriers: Iterable[Box], column: int, sign: int, clearance: float) -> list[Piece]:
     """Barriers as a graph, larger by the clearance on all sides: filled from their side of the work to the axis and
     beyond."""
-    graph = []
+    graph: list[Piece] = []
     for box in barriers:
         graph = upper(graph, [flat(box[0] - clearance, box[1] + clearance, sign * box[column] + clearance)])
     return graph
 
 
-def _ends(stock):
+def _ends(stock: Graph) -> Interval:
     """(z0, z1) of a graph."""
     return (stock[0].z0, stock[-1].z1) if stock else (0.0, 0.0)
 
 
-def _gone(before, after):
+def _gone(before: Graph, after: Graph) -> float:
     """Area (mm2) above the axis of what has no stock left at all."""
     kept, total, z = sorted((p.z0, p.z1) for p in after), 0.0, -math.inf
     for z0, z1 in [*kept, (math.inf, math.inf)]:

@@ -8,6 +8,7 @@ is what the steps before it have left, and a step is needed when its tool can re
 """
 
 import math
+from collections.abc import Callable
 
 from chipwise.errors import Across, CycleError
 from chipwise.turning import passes, reach
@@ -17,8 +18,9 @@ from chipwise.turning.path import Move, NoRoom
 from chipwise.turning.drilling import drill
 from chipwise.turning.grooves import groove
 from chipwise.turning.sides import ROUGH_MM, turn
-from chipwise.turning.state import CLEARANCE_MM, FACED_MM, Step, tools_of_role, without_tool
+from chipwise.turning.state import CLEARANCE_MM, FACED_MM, State, Step, tools_of_role, without_tool
 from chipwise.turning.thread import thread
+from chipwise.turning.tool import LatheTool
 
 FACE_REMEDIES = {
     EDGE: "use a tool whose front angle I is at most 90 degrees",
@@ -27,7 +29,7 @@ FACE_REMEDIES = {
 }
 
 
-def face(state, name):
+def face(state: State, name: str) -> Step:
     """Facing cuts from the right end of the stock to the face of the part."""
     order, stock = state.order, state.stock[False]
     end = max((p.z1 for p in stock if max(value(p, p.z0), value(p, p.z1)) > 0.0), default=-math.inf)
@@ -46,7 +48,7 @@ def face(state, name):
     raise failed[0]
 
 
-def _faced(state, name, tool, end, target):
+def _faced(state: State, name: str, tool: LatheTool, end: float, target: float) -> Step:
     """Step that faces with a tool from Z end to Z target.  Raises NoRoom."""
     keep = clip(state.stock[False], state.domain[0], target)
     work, view, tool, domain = state.work(tool, 0.0, keep=keep, standing=keep)
@@ -70,7 +72,7 @@ def _faced(state, name, tool, end, target):
     return step
 
 
-def part_off(state, name):
+def part_off(state: State, name: str) -> Step:
     """The part from the bar, behind its left end."""
     order, stock = state.order, state.stock[False]
     tools = tools_of_role(state, "partoff", False, flat_bottom=True)
@@ -123,7 +125,7 @@ REPEATED = (
     "finish inside",
     "groove",
 )  # as long as a tool reaches more
-STEPS = {
+STEPS: dict[str, Callable[[State, str], Step]] = {
     "face": face,
     "drill": drill,
     "groove": groove,

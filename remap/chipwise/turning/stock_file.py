@@ -21,12 +21,17 @@ import hashlib
 import json
 import os
 import secrets
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 from chipwise.errors import CycleError, braceless
 from chipwise.host.files import read_bytes, write_durable
-from chipwise.turning.profile_function import Piece
+from chipwise.turning.profile_function import Graph, Piece, Place
 from chipwise.turning.thread_comment import Thread
+
+if TYPE_CHECKING:  # the interpreter's process loads this module, and no planning
+    from chipwise.turning.profile import Profile
+    from chipwise.turning.state import Order
 
 FORMAT = 1
 _HEAD = "chipwise turning stock"
@@ -41,9 +46,9 @@ class Stage(NamedTuple):
     graphs; threads: those that are there."""
 
     step: str
-    outside: list
-    bore: list
-    threads: tuple
+    outside: list[Piece]
+    bore: list[Piece]
+    threads: tuple[Thread, ...]
 
 
 class Key(NamedTuple):
@@ -53,7 +58,7 @@ class Key(NamedTuple):
     program: str
     part: str
     blank: str
-    zero: tuple
+    zero: Place
 
 
 class Record(NamedTuple):
@@ -74,18 +79,18 @@ class Kept(NamedTuple):
     changed: float
 
 
-def key_of(order, program, zero):
+def key_of(order: "Order", program: str, zero: Place) -> Key:
     """Key of a plan.Order.  program: path; zero: (z, x) mm."""
     part, blank = order.part, order.blank
     return Key(
         os.path.abspath(program),
         _digest([*_shape(part), [_thread(t) for t in part.threads]]),
         _digest(_shape(blank)),
-        tuple(zero),
+        (zero[0], zero[1]),
     )
 
 
-def difference(kept, wanted):
+def difference(kept: Key, wanted: Key) -> str:
     """Why the stock of a Key is not that of another one, "" if it is."""
     if kept.program != wanted.program:
         return "it is of another program, " + braceless(os.path.basename(kept.program))
@@ -98,25 +103,25 @@ def difference(kept, wanted):
     return ""
 
 
-def _shape(profile):
+def _shape(profile: "Profile") -> list[list[list[float]]]:
     return [_pieces(profile.outside), _pieces(profile.bore)]
 
 
-def _pieces(graph):
+def _pieces(graph: Graph) -> list[list[float]]:
     """A graph without the lines of its sub."""
     return [list(p[:7]) for p in graph]
 
 
-def _thread(thread):
+def _thread(thread: Thread) -> list[float]:
     """A thread without its line."""
     return list(dataclasses.astuple(dataclasses.replace(thread, line=0)))
 
 
-def _digest(value):
+def _digest(value: object) -> str:
     return hashlib.sha256((value if isinstance(value, str) else json.dumps(value)).encode()).hexdigest()
 
 
-def write(path, key, stages):
+def write(path: str, key: Key, stages: Sequence[Stage]) -> Record:
     """Write a new file; -> its Record.  Raises OSError, and the file is then as before."""
     token = secrets.token_hex(8)
     body = "".join(
@@ -136,9 +141,10 @@ def write(path, key, stages):
     return Record(path, token)
 
 
-def note(record, what):
+def note(record: Record, what: int | str) -> None:
     """Append a line: the number of the stage that is done, ASKED or CONFIRMED.  Raises OSError."""
-    line = {"token": record.token, **({"done": what} if isinstance(what, int) else {what: True})}
+    line: dict[str, object] = {"token": record.token}
+    line.update({"done": what} if isinstance(what, int) else {what: True})
     handle = os.open(record.path, os.O_WRONLY | os.O_APPEND | os.O_CLOEXEC)  # never makes a file
     try:
         os.write(handle, (json.dumps(line) + "\n").encode())
@@ -146,7 +152,7 @@ def note(record, what):
         os.close(handle)
 
 
-def end(record):
+def end(record: Record) -> None:
     """The part is finished: no file.  Raises OSError."""
     try:
         os.unlink(record.path)
@@ -154,7 +160,7 @@ def end(record):
         pass
 
 
-def read(path):
+def read(path: str) -> Kept | None:
     """Kept of a file, None without one.  Raises CycleError for a file that cannot be used."""
     try:
         text = read_bytes(path, MAX_BYTES).decode("utf-8")
@@ -169,11 +175,11 @@ def read(path):
         raise _unusable(path, "it is not what chipwise has written") from error
 
 
-def _unusable(path, why):
+def _unusable(path: str, why: str) -> CycleError:
     return CycleError(f"{braceless(os.path.basename(path))}: {braceless(why)}", "remove the file")
 
 
-def _kept(text, changed):
+def _kept(text: str, changed: float) -> Kept:
     """Kept of a file's text.  Raises what json and wrong types raise."""
     first, *lines = text.split("\n")
     head = json.loads(first)
@@ -183,11 +189,13 @@ def _kept(text, changed):
     done, asked = 0, False
     for line in lines[count:-1]:  # what follows the last line feed is torn
         said = _journal(line, head["token"])
-        if isinstance(said.get("done"), int) and 0 <= said["done"] < count:
-            done = max(done, said["done"])
+        stage_done = said.get("done")
+        if isinstance(stage_done, int) and 0 <= stage_done < count:
+            done = max(done, stage_done)
         asked = said.get(ASKED) is True or asked and said.get(CONFIRMED) is not True
     stage = json.loads(lines[done])
-    key = Key(str(head["program"]), str(head["part"]), str(head["blank"]), tuple(map(float, head["zero"])))
+    z, x = head["zero"]
+    key = Key(str(head["program"]), str(head["part"]), str(head["blank"]), (float(z), float(x)))
     begun = done > 0 or bool(stage["step"])
     return Kept(
         key,
@@ -203,7 +211,7 @@ def _kept(text, changed):
     )
 
 
-def _journal(line, token):
+def _journal(line: str, token: str) -> dict[str, object]:
     """What an appended line says, {} where it cannot be read or is of another file."""
     try:
         said = json.loads(line)

@@ -1,20 +1,24 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A plan as the operator reads it, and as data.  Called by cli/turn.py and g26_plan.py."""
 
+from collections.abc import Iterator
+
 from chipwise.turning.blocks import feed_of, spindle_line
-from chipwise.turning.plan import total_length
+from chipwise.turning.plan import Plan, total_length
+from chipwise.turning.request import Request
+from chipwise.turning.times import Times
 
 NOTHING = "nothing to do: the blank is the part"
 
 
-def report(plan, request, spent):
+def report(plan: Plan, request: Request, spent: Times) -> Iterator[str]:
     """Lines of text; lengths in program units, X as the program gives it.  spent: times.Times."""
     scale, unit = 1.0 / request.scale, request.unit
     for number, step in enumerate(plan.steps, 1):
         if not step.needed:
             yield f"{number:2} {step.name:15} not needed: {step.why}"
             continue
-        yield f"{number:2} {step.name:15} T{step.tool.number}  {step.why}"
+        yield f"{number:2} {step.name:15} T{step.used_tool.number}  {step.why}"
         yield (
             f"{'':18} {step.direction}, Z{step.z1 * scale:.3f} to Z{step.z0 * scale:.3f}; feed "
             f"{total_length([step]) * scale:.1f} {unit}, "
@@ -44,12 +48,12 @@ def report(plan, request, spent):
         )
 
 
-def _area(mm2, request):
+def _area(mm2: float, request: Request) -> str:
     """An area in the program's unit: 0.0001 mm2, and as fine in inch."""
     return f"{mm2:.4f} mm2" if request.unit == "mm" else f"{mm2 / request.scale**2:.7f} in2"
 
 
-def _apart(spent):
+def _apart(spent: Times) -> str:
     """Text for what the time does not have."""
     if not spent.changes:
         return ""
@@ -57,20 +61,20 @@ def _apart(spent):
     return f"; without {changes}" + ("" if spent.travel is not None else " and the travel to them")
 
 
-def summary(plan, request, spent):
+def summary(plan: Plan, request: Request, spent: Times) -> str:
     """One line: the needed steps, their time and what stays.  spent: times.Times."""
     needed = [(n, s) for n, s in enumerate(plan.steps, 1) if s.needed]
     if not needed:
         return NOTHING
     area = sum(r.area for r in plan.residue) / request.scale**2
     return (
-        ", ".join(f"{n} {s.name} T{s.tool.number}" for n, s in needed)
+        ", ".join(f"{n} {s.name} T{s.used_tool.number}" for n, s in needed)
         + f"; {spent.total:.0f} s{_apart(spent)}"
         + (f"; {area:.4g} {request.unit}2 stay" if plan.residue else "")
     )
 
 
-def data(plan, request, spent):
+def data(plan: Plan, request: Request, spent: Times) -> dict[str, object]:
     """Plan for --json: lengths mm, areas mm2, times s; feeds mm a minute or a revolution."""
     return {
         "time_s": spent.total,
@@ -82,7 +86,7 @@ def data(plan, request, spent):
                 "name": s.name,
                 "needed": s.needed,
                 "why": s.why,
-                "tool": s.tool.number if s.needed else None,
+                "tool": s.used_tool.number if s.needed else None,
                 "direction": s.direction,
                 "z": [s.z0, s.z1] if s.needed else None,
                 "transverse": [list(r) for r in s.transverse],

@@ -15,13 +15,31 @@ towards +Z is mirrored in Z, as other tools that cut towards +Z are.
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NoReturn
 
 from chipwise.errors import CycleError
 from chipwise.turning import reach
-from chipwise.turning.profile_function import above, clip, envelope, flat, highest, lower, mirrored, top, upper, value
-from chipwise.turning.path import Path
-from chipwise.turning.state import Step, oriented, roof
+from chipwise.turning.profile_function import (
+    Graph,
+    Interval,
+    Piece,
+    Place,
+    above,
+    clip,
+    envelope,
+    flat,
+    highest,
+    lower,
+    mirrored,
+    top,
+    upper,
+    value,
+)
+from chipwise.turning.path import Move, Path
+from chipwise.turning.state import State, Step, oriented, roof
+from chipwise.turning.thread_comment import Thread
+from chipwise.turning.tool import LatheTool
 
 # depth of the first pass at a pitch of 1 mm; it grows with the root of the pitch, as makers of inserts recommend
 FIRST_MM = 0.3
@@ -35,18 +53,7 @@ FINISHED_MM = 0.05  # more stock on the cylinder is not finished
 SAME_MM = 1e-6  # rounding
 
 
-@dataclass(frozen=True)
-class Drive:
-    """What a thread needs of spindle and Z axis.  direction: 3 or 4 as M3, M4, 0 unknown; velocity, acceleration: mm/s,
-    mm/s2, of Z; override:  the largest of the spindle, 1 = 100 %."""
-
-    direction: int = 0
-    velocity: float = math.inf
-    acceleration: float = math.inf
-    override: float = 1.0
-
-
-def thread(state, name, inside):
+def thread(state: State, name: str, inside: bool) -> Step:
     """Every thread of a side, with the first tool of role THREAD for that side."""
     wanted = [t for t in state.order.part.threads if t.inside == inside]
     if not wanted:
@@ -80,12 +87,12 @@ def thread(state, name, inside):
     return step
 
 
-def _starts(t):
+def _starts(t: Thread) -> str:
     """Text for several starts."""
     return f" with {t.starts} starts, each" if t.starts > 1 else ""
 
 
-def _same(a, b):
+def _same(a: Thread, b: Thread) -> bool:
     """Whether two threads are the same one."""
     return (a.inside, a.left, a.starts, round(a.pitch, 6)) == (b.inside, b.left, b.starts, round(b.pitch, 6)) and max(
         abs(a.z0 - b.z0), abs(a.z1 - b.z1), abs(a.x - b.x)
@@ -96,7 +103,7 @@ class _Part:
     """One thread: where its passes begin and end, and how deep they are.  Raises CycleError for a thread that cannot be
     cut."""
 
-    def __init__(self, state, wanted, tool):
+    def __init__(self, state: State, wanted: Thread, tool: LatheTool) -> None:
         self.state, self.thread, self.drive = state, wanted, state.order.drive
         self.forward = (
             self.drive.direction == 4
@@ -115,7 +122,7 @@ class _Part:
             deepest = min(z if self.forward else -z for z in (self.far, self.end))
             self.work = replace(self.work, roof=roof(state, self.tool, deepest))
 
-    def _braking(self):
+    def _braking(self) -> float:
         """mm that the axis needs to stop; it must be able to follow the spindle."""
         t, drive = self.thread, self.drive
         speed = t.speed * drive.override / 60.0 * t.lead
@@ -133,7 +140,7 @@ class _Part:
             )
         return SURPLUS * speed * speed / (2 * drive.acceleration) + speed * SETTLE_S
 
-    def _depths(self):
+    def _depths(self) -> tuple[int, list[float]]:
         """(number of passes, their depths from the crest)."""
         t = self.thread
         first = min(FIRST_MM * math.sqrt(t.pitch), self.tool.depth, t.depth)
@@ -147,7 +154,7 @@ class _Part:
             )
         return count, [t.depth * math.sqrt(k / count) for k in range(1, count + 1)] + [t.depth] * SPRING_PASSES
 
-    def _ends(self):
+    def _ends(self) -> tuple[float, float]:
         """(z, z) where the passes begin and end, beside the thread: where the root touches neither part nor stock."""
         state, t = self.state, self.thread
         part, stock = self.view(state.part[t.inside]), self.view(state.stock[t.inside])
@@ -190,7 +197,7 @@ class _Part:
         self._check_room("run-out", behind, a)
         return b + width + self.braking, a - width - self.braking
 
-    def _check_room(self, what, room, z):
+    def _check_room(self, what: str, room: float, z: float) -> None:
         """Refuse a thread that has no room beside it."""
         if room >= self.braking - SAME_MM:
             return
@@ -213,7 +220,7 @@ class _Part:
             line=str(t.line),
         )
 
-    def _zone(self, part):
+    def _zone(self, part: Graph) -> Interval:
         """(a, b): where the part is above the root: the cylinder, and chamfers beside it, which the thread runs
         over."""
         low = self.root - self.tool.nose
@@ -239,12 +246,12 @@ class _Part:
                 )
         return a, b
 
-    def _without(self, graph, a, b):
+    def _without(self, graph: Graph, a: float, b: float) -> list[Piece]:
         """A graph with the thread's zone down to its root."""
         low = [flat(a, b, self.root - self.tool.nose)]
         return envelope([clip(graph, -math.inf, a), lower(clip(graph, a, b), low), clip(graph, b, math.inf)])
 
-    def moves(self):
+    def moves(self) -> tuple[Place, list[Move]]:
         """(start, moves) of the passes, in the frame of the tool's side."""
         path = Path(self.work)
         high = max(self.crest, highest(self.work.contact, self.end, self.far)) + self.work.clearance
@@ -261,16 +268,16 @@ class _Part:
         return oriented(path, self.view is mirrored)
 
 
-def _tooth(tool):
+def _tooth(tool: LatheTool) -> float:
     """Height of the insert's tooth, mm."""
     return tool.edge * math.cos(math.radians(tool.included / 2))
 
 
-def _check_insert(t, tool):
+def _check_insert(t: Thread, tool: LatheTool) -> None:
     """Refuse an insert that does not make this thread."""
 
-    def wrong(fact, remedy, **lengths):
-        raise CycleError(fact + " (line {line})", remedy, line=str(t.line), **lengths)
+    def wrong(fact: str, remedy: str, **lengths: float) -> NoReturn:
+        raise CycleError(fact + " (line {line})", remedy, None, line=str(t.line), **lengths)
 
     other = f"use another insert than T{tool.number}, or give DEPTH in the THREAD comment"
     if t.standard and abs(tool.included - INCLUDED_DEG) > ANGLE_DEG:

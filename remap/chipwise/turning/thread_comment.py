@@ -10,9 +10,11 @@ thread is cut.
 import math
 import re
 from dataclasses import dataclass
+from typing import Literal, TypedDict
 
 from chipwise.program import comments
-from chipwise.turning.profile_function import value
+from chipwise.program.find_sub import Found
+from chipwise.turning.profile_function import Graph, Piece, value
 
 OUTSIDE, INSIDE = (
     0.61343,
@@ -21,7 +23,8 @@ OUTSIDE, INSIDE = (
 MOST_MM = 50.0  # of a lead
 MOST_STARTS = 12
 CYLINDER_MM = 1e-4  # a cylinder's ends differ by less
-_NUMBERS = ("PITCH", "DEPTH", "SPEED")
+_Number = Literal["PITCH", "DEPTH", "SPEED"]
+_NUMBERS: tuple[_Number, ...] = ("PITCH", "DEPTH", "SPEED")
 
 
 @dataclass(frozen=True)
@@ -49,14 +52,24 @@ class Thread:
     starts: int = 1
 
     @property
-    def lead(self):
+    def lead(self) -> float:
         """mm per revolution."""
         return self.pitch * self.starts
 
 
-def read_threads(found, outside, bore, unit_mm):
+class ThreadWords(TypedDict, total=False):
+    """Of a THREAD comment: PITCH and DEPTH mm, SPEED 1/min."""
+
+    PITCH: float
+    DEPTH: float
+    SPEED: float
+    HAND: str
+    STARTS: int
+
+
+def read_threads(found: Found, outside: Graph, bore: Graph, unit_mm: float) -> tuple[Thread, ...]:
     """(Thread, ..) of the comments in a sub (find.Found), for its graphs.  Raises CycleError naming the line."""
-    threads = []
+    threads: list[Thread] = []
     for number, text in found.body:
         for comment in comments.insides(text, "THREAD", comma=False):
             fields = _fields(found, number, comment, unit_mm)
@@ -69,17 +82,18 @@ def read_threads(found, outside, bore, unit_mm):
     return tuple(threads)
 
 
-def _fields(found, number, comment, unit_mm):
+def _fields(found: Found, number: int, comment: str, unit_mm: float) -> ThreadWords:
     """{PITCH, DEPTH: mm, SPEED: 1/min, HAND: text, STARTS: number} of the inside of a comment."""
-    fields = {}
+    fields: ThreadWords = {}
     for part in filter(None, (p.strip().upper() for p in comment.split(","))):
-        key, _, given = (word.strip() for word in part.partition("="))
+        key, given = (word.strip() for word in part.partition("=")[::2])
+        named = next((name for name in _NUMBERS if name == key), None)
         if key == "HAND" and given in ("LEFT", "RIGHT"):
-            fields[key] = given
+            fields["HAND"] = given
         elif key == "STARTS" and re.fullmatch(r"\d{1,2}", given) and 1 <= int(given) <= MOST_STARTS:
-            fields[key] = int(given)
-        elif key in _NUMBERS and re.fullmatch(r"\d+(?:\.\d*)?|\.\d+", given) and float(given) > 0.0:
-            fields[key] = float(given) * (1.0 if key == "SPEED" else unit_mm)
+            fields["STARTS"] = int(given)
+        elif named and re.fullmatch(r"\d+(?:\.\d*)?|\.\d+", given) and float(given) > 0.0:
+            fields[named] = float(given) * (1.0 if key == "SPEED" else unit_mm)
         else:
             raise found.fault(
                 number,
@@ -98,7 +112,7 @@ def _fields(found, number, comment, unit_mm):
     return fields
 
 
-def _thread(found, number, fields, piece, inside):
+def _thread(found: Found, number: int, fields: ThreadWords, piece: Piece, inside: bool) -> Thread:
     """Thread of a piece of a graph; a bore's graph is mirrored."""
     ends = value(piece, piece.z0), value(piece, piece.z1)
     if piece.r or abs(ends[0] - ends[1]) > CYLINDER_MM:

@@ -9,7 +9,9 @@ directions of the two edges, in degrees from +Z towards +X.  Q2 I85 J25 is an ou
 import math
 import re
 import tomllib
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NoReturn, TypedDict, TypeGuard, cast
 
 from chipwise.errors import CycleError, braceless
 from chipwise.host.files import read_bytes
@@ -31,6 +33,23 @@ _NUMBERS = {
     "relief": (20.0, True, "an angle from 0 to 20 degrees"),
     "bar": (500.0, False, "a length above 0 mm"),
 }
+
+
+class LatheTable(TypedDict, total=False):
+    """A [lathe.N] table of the tool geometry file, as its author writes it; lengths mm, angles degrees."""
+
+    roles: list[str]
+    holder: list[float]
+    pitch: list[float]
+    edge_length: float
+    width: float
+    depth: float
+    point_angle: float
+    cutting_speed: float
+    feed: float
+    finish_feed: float
+    relief: float
+    bar: float
 
 
 @dataclass(frozen=True)
@@ -55,7 +74,7 @@ class LatheTool:
     """
 
     number: int
-    roles: tuple
+    roles: tuple[str, ...]
     inside: bool
     nose: float
     diameter: float
@@ -69,17 +88,17 @@ class LatheTool:
     holder_up: float
     bar: float
     towards: int
-    tip: tuple
+    tip: tuple[float, float]
     point_angle: float = 0.0
     included: float = 0.0
-    pitch: tuple = ()
+    pitch: tuple[float, ...] = ()
     lean: float = math.inf
     cutting_speed: float = 0.0
     feed: float = 0.0
     finish_feed: float = 0.0
     relief: float = 0.0
 
-    def bare(self):
+    def bare(self) -> "LatheTool":
         """The insert itself, without the relief: left and right rise more."""
         rises = [
             v if math.isinf(v) else math.tan(math.atan(v) + math.radians(self.relief)) for v in (self.left, self.right)
@@ -99,13 +118,13 @@ class TableTool:
     z: float = 0.0
 
 
-def read_table(path):
+def read_table(path: str) -> dict[int, TableTool]:
     """{tool number: TableTool} of a LinuxCNC tool table."""
     try:
         text = read_bytes(path, MAX_BYTES * 16).decode("utf-8", "replace")
     except OSError as error:
         raise CycleError(f"tool table {braceless(path)}: {error.strerror}", "correct [EMCIO]TOOL_TABLE") from error
-    tools = {}
+    tools: dict[int, TableTool] = {}
     for line in text.splitlines():
         words = {word[0]: word[1:] for word in line.partition(";")[0].upper().split() if word[0] in "TDIJQXZ"}
         if re.fullmatch(r"\d{1,9}", words.get("T", "")):
@@ -113,13 +132,18 @@ def read_table(path):
     return tools
 
 
-def _table_tool(path, line, words):
+def _table_tool(path: str, line: str, words: dict[str, str]) -> TableTool:
     """TableTool of the words {letter: text} of a line."""
     try:
         numbers = {letter: float(text) for letter, text in words.items()}
         if all(map(math.isfinite, numbers.values())):
             return TableTool(
-                *(numbers.get(k, 0.0) for k in "DIJ"), int(numbers.get("Q", 0)), *(numbers.get(k, 0.0) for k in "XZ")
+                diameter=numbers.get("D", 0.0),
+                front=numbers.get("I", 0.0),
+                back=numbers.get("J", 0.0),
+                orientation=int(numbers.get("Q", 0)),
+                x=numbers.get("X", 0.0),
+                z=numbers.get("Z", 0.0),
             )
     except ValueError:
         pass
@@ -129,7 +153,7 @@ def _table_tool(path, line, words):
     )
 
 
-def read_geometry(path):
+def read_geometry(path: str) -> dict[int, LatheTable]:
     """{tool number: {key: value}} of the [lathe.N] tables; {} without a file."""
     if not path:
         return {}
@@ -149,28 +173,22 @@ def read_geometry(path):
     return {int(number): _checked(int(number), table) for number, table in tables.items()}
 
 
-def _checked(number, table):
+def _checked(number: int, table: dict[str, object]) -> LatheTable:
     """A [lathe.N] table whose keys and values are known."""
     for key, value in table.items():
         if key == "roles":
             if not isinstance(value, list) or any(role not in ROLES for role in value):
                 raise CycleError(f"lathe tool {number}: roles are not a list of known ones", "use " + ", ".join(ROLES))
         elif key == "holder":
-            if not (
-                isinstance(value, list)
-                and len(value) == 3
-                and all(map(_finite, value))
-                and value[0] < value[1]
-                and value[2] > 0
-            ):
+            box = _numbers_of(value, 3)
+            if not (box and box[0] < box[1] and box[2] > 0):
                 raise CycleError(
                     f"lathe tool {number}: holder is not [left, right, up] with left below right and up above 0",
                     "give the holder's box in mm from the centre of the nose: holder = [-2, 18, 8]",
                 )
         elif key == "pitch":
-            if not (
-                isinstance(value, list) and len(value) == 2 and all(map(_finite, value)) and 0 < value[0] <= value[1]
-            ):
+            ends = _numbers_of(value, 2)
+            if not (ends and 0 < ends[0] <= ends[1]):
                 raise CycleError(
                     f"lathe tool {number}: pitch is not [least, most] above 0",
                     "give the pitches of the insert in mm: pitch = [0.5, 1.5]",
@@ -184,18 +202,25 @@ def _checked(number, table):
             most, zero, rule = _NUMBERS[key]
             if not _finite(value) or not (0 <= value <= most if zero else 0 < value <= most):
                 raise CycleError(f"lathe tool {number}: {key} is not {rule}", "correct the file")
-    return table
+    return cast(LatheTable, table)  # each key and each value has been looked at
 
 
-def _finite(value):
+def _numbers_of(value: object, count: int) -> list[float]:
+    """The value if it is a list of so many finite numbers, else []."""
+    return value if isinstance(value, list) and len(value) == count and all(map(_finite, value)) else []
+
+
+def _finite(value: object) -> TypeGuard[float]:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def make_tool(number, table, geometry, unit_mm=1.0):
+def make_tool(
+    number: int, table: dict[int, TableTool], geometry: dict[int, LatheTable], unit_mm: float = 1.0
+) -> LatheTool:
     """LatheTool of a line of the tool table and its [lathe.N] table.  Raises CycleError for what leaves its shape
     open."""
 
-    def wrong(fact, remedy):
+    def wrong(fact: str, remedy: str) -> NoReturn:
         raise CycleError(f"tool {number}: {fact}", remedy)
 
     if number not in table:
@@ -211,7 +236,9 @@ def make_tool(number, table, geometry, unit_mm=1.0):
     return _insert(number, entry, more, nose, wrong)
 
 
-def _insert(number, entry, more, nose, wrong):
+def _insert(
+    number: int, entry: TableTool, more: LatheTable, nose: float, wrong: Callable[[str, str], NoReturn]
+) -> LatheTool:
     """LatheTool of an insert; nose: its radius, mm; wrong(fact, remedy) raises."""
     if not 0.0 < nose <= 50.0:
         wrong(
@@ -229,44 +256,58 @@ def _insert(number, entry, more, nose, wrong):
             f"its edges at I{entry.front:g} J{entry.back:g} leave nothing of the relief of {relief:g} degrees",
             "correct I and J, or set relief",
         )
-    flat = max(more.get("width", 0.0) - 2 * nose, 0.0)
-    if "width" in more and more["width"] < 2 * nose:
-        wrong(f"its width {more['width']:g} mm is less than twice the nose radius {nose:g} mm", "correct width or D")
+    flat = _bottom(more, nose, wrong)
     if inside and "bar" not in more:
         wrong(f"[lathe.{number}] has no bar", "add the width of the boring bar, from the tip to its far side")
-    x, z = CENTRE[entry.orientation]
-    at_flat = {1: 0.0, 0: 0.5, -1: 1.0}[z] * flat
-    towards = 1 if low >= 90.0 and high > 90.0 else -1
-    ahead = low - 90.0 if towards > 0 else 90.0 - high
+    towards, lean = _front(low, high)
     return LatheTool(
-        number,
-        tuple(more.get("roles", ())),
-        inside,
-        nose,
-        2 * nose,
-        left,
-        right,
-        flat,
-        more["edge_length"],
-        min(more.get("depth", more["edge_length"] / 2), more["edge_length"]),
-        *more["holder"],
-        more.get("bar", 0.0),
-        towards,
-        (at_flat - z * nose, -x * nose),
+        number=number,
+        roles=tuple(more.get("roles", ())),
+        inside=inside,
+        nose=nose,
+        diameter=2 * nose,
+        left=left,
+        right=right,
+        flat=flat,
+        edge=more["edge_length"],
+        depth=min(more.get("depth", more["edge_length"] / 2), more["edge_length"]),
+        holder_left=more["holder"][0],
+        holder_right=more["holder"][1],
+        holder_up=more["holder"][2],
+        bar=more.get("bar", 0.0),
+        towards=towards,
+        tip=_tip(entry.orientation, nose, flat),
         included=high - low,
         pitch=tuple(more.get("pitch", ())),
-        lean=math.tan(math.radians(ahead)) if ahead >= 0.0 else math.inf,
+        lean=lean,
         relief=relief,
-        **_cutting(more),
+        cutting_speed=more.get("cutting_speed", 0.0),
+        feed=more.get("feed", 0.0),
+        finish_feed=more.get("finish_feed", 0.0),
     )
 
 
-def _cutting(more):
-    """Speed and feeds of a LatheTool of its own."""
-    return {key: more.get(key, 0.0) for key in ("cutting_speed", "feed", "finish_feed")}
+def _bottom(more: LatheTable, nose: float, wrong: Callable[[str, str], NoReturn]) -> float:
+    """mm between the corners of a grooving tool, 0.0 of other inserts."""
+    if "width" in more and more["width"] < 2 * nose:
+        wrong(f"its width {more['width']:g} mm is less than twice the nose radius {nose:g} mm", "correct width or D")
+    return max(more.get("width", 0.0) - 2 * nose, 0.0)
 
 
-def _edges(entry, flat, wrong):
+def _front(low: float, high: float) -> tuple[int, float]:
+    """(towards, lean) of an insert whose edges have these angles, degrees."""
+    towards = 1 if low >= 90.0 and high > 90.0 else -1
+    ahead = low - 90.0 if towards > 0 else 90.0 - high
+    return towards, math.tan(math.radians(ahead)) if ahead >= 0.0 else math.inf
+
+
+def _tip(orientation: int, nose: float, flat: float) -> tuple[float, float]:
+    """(z, x) mm from the nose's centre to the controlled point."""
+    x, z = CENTRE[orientation]
+    return {1: 0.0, 0: 0.5, -1: 1.0}[z] * flat - z * nose, -x * nose
+
+
+def _edges(entry: TableTool, flat: bool, wrong: Callable[[str, str], NoReturn]) -> tuple[bool, float, float]:
     """(inside, lower, higher angle) of the insert, mirrored to the outside; flat: a grooving tool, whose edges may be
     parallel."""
     low, high = sorted(angle % 360.0 for angle in (entry.front, entry.back))
@@ -294,13 +335,15 @@ def _edges(entry, flat, wrong):
     return inside, low, high
 
 
-def _rise(angle, relief):
+def _rise(angle: float, relief: float) -> float:
     """Rise of an edge at an angle from the Z axis, flatter by the relief; inf from 90 degrees on: there it leans
     away."""
     return math.inf if angle >= 90.0 else math.tan(math.radians(angle - relief))
 
 
-def _drill(number, entry, more, diameter, wrong):
+def _drill(
+    number: int, entry: TableTool, more: LatheTable, diameter: float, wrong: Callable[[str, str], NoReturn]
+) -> LatheTool:
     if not diameter > 0.0:
         wrong("the drill has no diameter", "set D in the tool table")
     if entry.orientation != 7:
@@ -308,22 +351,24 @@ def _drill(number, entry, more, diameter, wrong):
     if "edge_length" not in more:
         wrong(f"[lathe.{number}] has no edge_length", "add the length of the drill's flutes")
     return LatheTool(
-        number,
-        tuple(more.get("roles", ("drill",))),
-        True,
-        0.0,
-        diameter,
-        math.inf,
-        math.inf,
-        0.0,
-        more["edge_length"],
-        more.get("depth", diameter),
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        -1,
-        (0.0, 0.0),
-        more["point_angle"],
-        **_cutting(more),
+        number=number,
+        roles=tuple(more.get("roles", ("drill",))),
+        inside=True,
+        nose=0.0,
+        diameter=diameter,
+        left=math.inf,
+        right=math.inf,
+        flat=0.0,
+        edge=more["edge_length"],
+        depth=more.get("depth", diameter),
+        holder_left=0.0,
+        holder_right=0.0,
+        holder_up=0.0,
+        bar=0.0,
+        towards=-1,
+        tip=(0.0, 0.0),
+        point_angle=more["point_angle"],
+        cutting_speed=more.get("cutting_speed", 0.0),
+        feed=more.get("feed", 0.0),
+        finish_feed=more.get("finish_feed", 0.0),
     )

@@ -14,10 +14,25 @@ above reach then; to the left, contact with what is left is nowhere higher than 
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
-from chipwise.turning.profile_function import above, at, clip, flat, highest, lowest, moved, top, value
+from chipwise.turning.profile_function import (
+    Graph,
+    Interval,
+    Piece,
+    above,
+    clip,
+    flat,
+    highest,
+    lowest,
+    moved,
+    top,
+    value,
+)
+from chipwise.turning.path import Path, Work
 from chipwise.turning.reach import HOLDER_MM, holder_height
+from chipwise.turning.tool import LatheTool
 
 ROUNDING_MM = 1e-6
 RISE_MM = 0.1  # of the shape to the right, at most: what the back edge leaves of a cylinder
@@ -39,7 +54,7 @@ class Column(NamedTuple):
     z_right: float
 
 
-def choose(work, now, interval, z, depth):
+def choose(work: Work, now: Graph, interval: Interval, z: float, depth: float) -> list[Column] | None:
     """[Column] for the stock around z within an interval, from the right; None where levels are shorter, or where
     columns cannot be cut.
 
@@ -59,10 +74,10 @@ def choose(work, now, interval, z, depth):
         return None
     if _cost(work, found, floor) > BETTER * _cost_of_levels(work, surface, floor, depths, depth):
         return None
-    return found if _holder_clear(work, now, found) else None
+    return found if _holder_clear(work, work.tool, now, found) else None
 
 
-def _open(floor):
+def _open(floor: Graph) -> bool:
     """Whether a graph does not rise to the right."""
     low = math.inf
     for p in floor:
@@ -75,7 +90,7 @@ def _open(floor):
     return True
 
 
-def _columns(surface, floor, a, b, depth):
+def _columns(surface: Graph, floor: Graph, a: float, b: float, depth: float) -> list[Column]:
     """Columns of equal width, at most depth, from the right."""
     count = max(math.ceil((b - a) / depth - 1e-9), 1)
     places = [b + (a - b) * k / count for k in range(count)] + [a]
@@ -86,20 +101,23 @@ def _columns(surface, floor, a, b, depth):
     return found
 
 
-def _cost(work, columns, floor):
+def _cost(work: Work, columns: Sequence[Column], floor: Graph) -> float:
     """mm of feed that columns count: down, and along the floor once, its walls included."""
     down = sum(c.x_from - c.x_to for c in columns)
     walls = sum(abs(value(p, p.z1) - value(q, q.z0)) for p, q in zip(floor, floor[1:]))
     return down * (1.0 + RAPID) + len(columns) * (work.near + RETURN_MM) + sum(map(_length, floor)) + walls
 
 
-def _depths(surface, floor):
+def _depths(surface: Graph, floor: Graph) -> list[float]:
     """mm of stock at places that are equally spaced."""
     a, b = floor[0].z0, floor[-1].z1
-    return [at(surface, z) - at(floor, z) for z in (a + (b - a) * (k + 0.5) / SAMPLES for k in range(SAMPLES))]
+    return [
+        highest(surface, z, z) - highest(floor, z, z)
+        for z in (a + (b - a) * (k + 0.5) / SAMPLES for k in range(SAMPLES))
+    ]
 
 
-def _cost_of_levels(work, surface, floor, depths, depth):
+def _cost_of_levels(work: Work, surface: Graph, floor: Graph, depths: Sequence[float], depth: float) -> float:
     """The same of levels: a place is passed as often as its stock is deep, slopes and, where a tooth would be too
     thick, walls once."""
     a, b = floor[0].z0, floor[-1].z1
@@ -115,19 +133,19 @@ def _cost_of_levels(work, surface, floor, depths, depth):
     )
 
 
-def _length(p):
+def _length(p: Piece) -> float:
     """mm along a piece."""
     chord = math.hypot(p.z1 - p.z0, value(p, p.z1) - value(p, p.z0))
     return chord if p.r == 0.0 else 2 * p.r * math.asin(min(0.5 * chord / p.r, 1.0))
 
 
-def _holder_clear(work, now, columns):
+def _holder_clear(work: Work, tool: LatheTool, now: Graph, columns: Sequence[Column]) -> bool:
     """Whether the holder is clear of what is left while each column is cut.
 
     Stock is at least a nose radius below the positions that touch it, and beside a column at least a nose radius to the
     left of its z: between, no higher than the centre of the nose.  Below the back edge a strip of a column's width may
     be left."""
-    tool, b = work.tool, columns[0].z_right
+    b = columns[0].z_right
     if not math.isinf(tool.right) and tool.right * (b - columns[-1].z) / len(columns) > tool.holder_up - HOLDER_MM:
         return False
     for z, _, x_to, right in columns:
@@ -144,16 +162,16 @@ def _holder_clear(work, now, columns):
     return True
 
 
-def cut(path, now, columns):
+def cut(path: Path, now: Graph, columns: Sequence[Column]) -> list[Piece]:
     """Cut the columns; -> contact with what is left."""
-    work, (a, b) = path.work, (columns[-1].z, columns[0].z_right)
+    work, (a, b), left = path.work, (columns[-1].z, columns[0].z_right), list(now)
     for z, x_from, x_to, right in columns:
         made = x_from < highest(work.given, z, z) - ROUNDING_MM
         path.link(z, x_from + (work.near if made else work.clearance))
         path.feed(z, x_to)
         path.back(work.reach, z, right)
         path.leave(b)
-        now = [*clip(now, -math.inf, z), *clip(work.reach, z, b), *clip(now, b, math.inf)]
+        left = [*clip(left, -math.inf, z), *clip(work.reach, z, b), *clip(left, b, math.inf)]
     path.transverse.append((a, b))
     path.columns += len(columns)
-    return now
+    return left
