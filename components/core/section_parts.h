@@ -246,7 +246,9 @@ static inline __attribute__((always_inline)) double in_table(const float *table,
     return table[i] + (u - i) * (table[i + 1] - table[i]);
 }
 
-#define CHIP_FORCE_AHEAD (CHIP_FORCE_NODES / 2) /* the angle of the heading */
+#define CHIP_FORCE_AHEAD (CHIP_FORCE_NODES / 2)    /* the angle of the heading, */
+#define CHIP_FORCE_FIRST (CHIP_FORCE_NODES / 4)    /* beside the path on the right, */
+#define CHIP_FORCE_LAST (3 * CHIP_FORCE_NODES / 4) /* and on the left */
 
 /* What a height that touches counts for at an angle with cosine c: `unit` times (scale c + off)^(1 - mc); `ahead`: in the heading. */
 struct chip_face {

@@ -54,6 +54,7 @@ static double sum_at_brink(const struct chip_tooth *tooth, int left, int number)
     for (i = 1; i < tooth->edges; i++) {
         double u = angle + (double)i * CHIP_FORCE_NODES / tooth->edges, g, phi;
         if (u >= CHIP_FORCE_NODES) u -= CHIP_FORCE_NODES;
+        if (!tooth->is_round && !(u > CHIP_FORCE_FIRST && u < CHIP_FORCE_LAST)) continue; /* kept of a section before */
         g = kept_at(tooth->force, u);
         if (!(g > 0.0)) continue;
         phi = (u - CHIP_FORCE_AHEAD) * CHIP_FORCE_STEP * CHIP_PI / 180.0;

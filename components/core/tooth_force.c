@@ -2,11 +2,9 @@
 /* tooth_force.c - the side force on the edges of a section: see tooth.h; the numbers in brackets are those of its principle. */
 #include "section_parts.h"
 
-#define CHIP_FORCE_FIRST (CHIP_FORCE_NODES / 4)    /* the angle that is beside the path on the right, */
-#define CHIP_FORCE_LAST (3 * CHIP_FORCE_NODES / 4) /* and beside the path on the left */
-#define CHIP_FORCE_FRONT CHIP_FORCE_FIRST          /* angles from the heading to beside the path */
-#define CHIP_RIM_SHARE 0.55                        /* of a rim's contact is met at once, at its mean radius */
-#define CHIP_RIM_PART 0.35                         /* of a rim, from its inside: its mean angle (tooth.c) */
+#define CHIP_FORCE_FRONT CHIP_FORCE_FIRST /* angles from the heading to beside the path */
+#define CHIP_RIM_SHARE 0.55               /* of a rim's contact is met at once, at its mean radius */
+#define CHIP_RIM_PART 0.35                /* of a rim, from its inside: its mean angle (tooth.c) */
 
 void chip_force_tables(struct chip_tooth *tooth)
 {
@@ -248,8 +246,8 @@ static void fill_angles(struct chip_tooth *tooth)
 {
     int side, k;
     for (k = 0; k < CHIP_FORCE_FIRST && tooth->is_round; k++) {
-        tooth->force[k] = tooth->more[k];
-        tooth->force[CHIP_FORCE_NODES - 1 - k] = tooth->more[CHIP_FORCE_NODES - 1 - k];
+        tooth->force[k] = tooth->has_more ? tooth->more[k] : 0.0f;
+        tooth->force[CHIP_FORCE_NODES - 1 - k] = tooth->has_more ? tooth->more[CHIP_FORCE_NODES - 1 - k] : 0.0f;
     }
     for (side = 0; side < 2; side++) {
         double sum = 0.0;

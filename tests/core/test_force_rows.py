@@ -3,6 +3,7 @@
 in a stock without cells
 (support/judge_force.py): the largest of a turn is there where an edge comes into the stock."""
 
+import itertools
 import math
 
 import numpy as np
@@ -50,3 +51,24 @@ def test_rows(tool, cell, fall):
     for row in (0.5, 1.0):
         found = errors(tool, cell, row, fall)
         assert LOW < found.min() and found.max() < HIGH and abs(found.mean()) < MEAN, (row, found)
+
+
+@pytest.mark.parametrize("tool", [Tool(10.0), Tool(10.0, 2.0), ball(6.0), Tool(12.7, 0.0, 60.0), Tool(6.0, 0.5, 20.0)])
+@pytest.mark.parametrize("before", [(0.9, 0.0, -0.4), (0.0, 0.0, -1.0), (1.0, 0.0, 0.3)])
+def test_a_section_says_nothing_of_the_one_before(tool, before):
+    """Level rows, slopes and plunges read by one tool after a ramp or a plunge in full stock are what a new tool
+    reads."""
+    stock = core.Stock(*BOX, 0.25)
+    slot = core.Tool(tool.diameter, tool.corner, tool.angle)
+    core.Cutter(stock, slot, (-20.0, 0.0, -3.0)).to((20.0, 0.0, -3.0))
+
+    def new():
+        made = core.Tool(tool.diameter, tool.corner, tool.angle)
+        return made.limit(chip_weight=1.0, power_weight=1.0, force_weight=1.0, exponent=MC, edges=4)
+
+    used = new()
+    for side, direction in itertools.product((0.6, 2.0, 6.0), ((1.0, 0.0, 0.0), (0.995, 0.0, -0.1), (0.0, 0.0, -1.0))):
+        place = (0.0, side, -3.2)
+        stock.side_force(used, (0.0, 10.0, -4.0), before, core.UNCUT)
+        found, expected = (stock.side_force(each, place, direction, core.UNCUT) for each in (used, new()))
+        assert expected[0] > 0.0 and found == expected, (side, direction)
