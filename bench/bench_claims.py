@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The claims on programs nobody here wrote: every program of nc_files/ and ten foreign ones, on the real LinuxCNC.
 
-Called by bench/run.py (prints JSON rows); by hand with --table:
+Called by bench/run.py (prints JSON rows) and bench/bench_limits.py; by hand with --table:
 `/usr/bin/python3 bench/bench_claims.py --table --only estlcam_relief --count 3 --seed 5`.
 
  1. A program (nc_files/ or tests/support/foreign.py) runs under a condition: path mode, acceleration, servo period,
@@ -96,8 +96,8 @@ def timed(run_, toolpath):
     )
 
 
-def optimum(run_, swept, free_run, target, accel):
-    """cycle / optimum over the whole run (s / s)."""
+def optimum(run_, swept, free_run, target, accel, allowed=None):
+    """cycle / optimum over the whole run (s / s).  allowed (n,): mm/s that other limits than the rate allow."""
     held = timed(run_, np.cumsum(np.linalg.norm(np.diff(run_.tips, axis=0, prepend=run_.tips[:1]), axis=1)))
     free = timed(free_run, np.cumsum(np.linalg.norm(np.diff(free_run.tips, axis=0, prepend=free_run.tips[:1]), axis=1)))
     rows, other_rows = speed_log.Log.places(held), speed_log.Log.places(free)
@@ -117,6 +117,8 @@ def optimum(run_, swept, free_run, target, accel):
         index = np.searchsorted(held.toolpath[first:last], toolpath).clip(0, last - first - 1) + first
         gain = np.array([accel_of.get(place, accel) for place in zip(held.line[index], held.motion[index])])
         stock = target[index] / np.maximum(swept.area[index], 1e-9)
+        if allowed is not None:
+            stock = np.minimum(stock, allowed[index])
         best += bench_time.fastest(toolpath, np.minimum(planner, stock), gain)[0]
         actual += float(held.took[first:last].sum())
     other = float(held.took.sum()) - actual

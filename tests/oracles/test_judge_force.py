@@ -141,3 +141,34 @@ def test_a_wrong_limit_is_refused():
 def test_the_beam():
     """F L^3 / 3 E I, I = pi D^4 / 64: the table of docs/user/materials.md has 267 N for 0.02 mm at 10 mm and 40 mm."""
     assert 0.02 * judge_force.stiffness(10.0, 40.0) == pytest.approx(267.0, abs=0.5)
+
+
+@pytest.mark.parametrize(
+    "tool, depth, beside",
+    [
+        (Tool(6.0), 3.0, 0.0),
+        (Tool(10.0), 2.1, 0.5),
+        (ball(6.0), 2.0, 0.0),
+        (Tool(6.0, 1.0), 3.0, 0.0),
+        (Tool(12.7, 0.0, 90.0), 2.1, 0.0),
+        (Tool(6.0, 0.5, 20.0), 3.0, 0.0),
+    ],
+)
+def test_chip_and_work(tool, depth, beside):
+    """A_mc and the largest chip in slots of all shapes, and of a flat end in a thin pass; a cutter with fewer edges has
+    the same."""
+    run, _force = on_the_path(tool, depth, beside)
+    met, other = (
+        judge_force.met(run, BOX, [tool], [edges], np.full(len(run.tips), RPS), MC, APART) for edges in (4, 2)
+    )
+    angle, step = np.radians(np.arange(0.01, 90.0, 0.02)), np.radians(0.02)
+    wall = 1.0 - 2.0 * beside / tool.diameter  # sine of the angle of the wall that the slot before has left
+    radius, length, lean = profile(tool, depth)
+    turn = np.cos(angle) ** (1.0 - MC) * (np.sin(angle) > wall if beside else 2.0)
+    work = np.sum(radius * length * lean ** (1.0 - MC)) * np.sum(turn) * step
+    last = slice(-700, -100)
+    assert np.median(met.work[last]) == pytest.approx(work, rel=WITHIN)
+    assert np.median(met.chip[last]) == pytest.approx(
+        lean.max() * (np.sqrt(1.0 - wall**2) if beside else 1.0), rel=WITHIN
+    )
+    assert np.array_equal(met.work, other.work) and np.allclose(2.0 * met.fed[last], other.fed[last])

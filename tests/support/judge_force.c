@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* The judge of the side force: the edges of a cutter one by one, in the stock that the path before has left.
+/* The judge of side force, power and chip: the edges of a cutter one by one, in the stock that the path before has left.
  *
  * Called by tests/support/judge_force.py.  Nothing of the product is in it; tool, blank, chords and stock are those of judge_stock.h.
  *
@@ -11,6 +11,8 @@
  *  3. An edge turns clockwise, so it is pushed the other way round.  All edges of the cutter are summed up as vectors, for each angle of
  *     the first one; the longest sum and the length of the mean one are given, in mm: N over kc11 fz^(1 - mc).
  *  4. Between two angles where an edge comes to a wall its place is sought by halving, and the sum right beside it counts, too.
+ *  5. The work of a turn is kc11 z fz^(1 - mc) A_mc, with A_mc the integral of r (n . d)^(1 - mc) ds over all angles, in mm2; the largest
+ *     chip is fz times the largest n . d that touches.
  *
  * Units: mm, rad.  Numbers in brackets in the code are the ones above.
  */
@@ -36,6 +38,18 @@ struct place {
 
 struct vector {
     double x, y;                /* ahead, to the left */
+    double work;                /* of the edge: r (n . d)^(1 - mc) ds, mm2 [5] */
+    double chip;                /* its largest n . d */
+};
+
+struct sums {
+    double most, mean;          /* longest and mean sum of all edges, mm [3] */
+    double chip, work;          /* largest n . d, A_mc [5] */
+};
+
+struct element {
+    double r, length;           /* mm */
+    double lean, under;         /* parts of n: in the plane, downwards */
 };
 
 /* Height of the stock at a point, or anything below `least` if it is below that: most points are found clear by the last chords. */
@@ -71,16 +85,18 @@ static double above(const struct place *p, double c, double s, double r, double 
     return h <= NONE ? -FAR : h - least - SKIN;
 }
 
-/* [2] Adds a contact of `length` at the angle; lean: part of n in the plane, under: the rest, downwards. */
-static void add(const struct place *p, double c, double s, double lean, double under, double length, struct vector *sum)
+/* [2] [5] Adds a contact of an element at the heading angle whose cosine and sine are given. */
+static void add(const struct place *p, double c, double s, struct element e, struct vector *sum)
 {
-    double chip = p->across * c * lean - p->down * under, force;
+    double chip = p->across * c * e.lean - p->down * e.under, force;
 
-    if (chip <= 0.0 || length <= 0.0)
+    if (chip <= 0.0 || e.length <= 0.0)
         return;
-    force = length * pow(chip, p->power);
-    sum->x += force * (-s - RADIAL * lean * c);      /* [3] */
-    sum->y += force * (c - RADIAL * lean * s);
+    force = e.length * pow(chip, p->power);
+    sum->x += force * (-s - RADIAL * e.lean * c);      /* [3] */
+    sum->y += force * (c - RADIAL * e.lean * s);
+    sum->work += force * e.r;
+    sum->chip = fmax(sum->chip, chip);
 }
 
 /* A point of a piece of the profile: 0 the end (by r), 1 the corner (by its angle), 2 the cone (by r). */
@@ -130,17 +146,20 @@ static void add_piece(const struct place *p, int piece, double a, double b, doub
     step = (b - a) / n;
     touched = advance(p, piece, a, c) > 0.0 && above_at(p, piece, a + 1e-6 * step, c, s) > 0.0;
     for (i = 1; i <= n; i++) {
-        double q = a + step * i, from = last, to = q, middle, lean, under;
+        double q = a + step * i, from = last, to = q, middle;
+        struct element e;
         int touches = advance(p, piece, q, c) > 0.0 && above_at(p, piece, q, c, s) > 0.0;
         if (touches && !touched)
             from = border(p, piece, q, last, c, s);
         if (touched && !touches)
             to = border(p, piece, last, q, c, s);
         middle = 0.5 * (from + to);
-        lean = piece == 0 ? 0.0 : piece == 1 ? sin(middle) : t->slope / slant;
-        under = piece == 0 ? 1.0 : piece == 1 ? cos(middle) : 1.0 / slant;
+        e.r = piece == 1 ? t->flat + t->corner * sin(middle) : middle;
+        e.length = (to - from) * (piece == 1 ? t->corner : piece == 2 ? slant : 1.0);
+        e.lean = piece == 0 ? 0.0 : piece == 1 ? sin(middle) : t->slope / slant;
+        e.under = piece == 0 ? 1.0 : piece == 1 ? cos(middle) : 1.0 / slant;
         if (touched || touches)
-            add(p, c, s, lean, under, (to - from) * (piece == 1 ? t->corner : piece == 2 ? slant : 1.0), sum);
+            add(p, c, s, e, sum);
         last = q;
         touched = touches;
     }
@@ -151,10 +170,10 @@ static struct vector edge(const struct place *p, double angle)
 {
     const struct tool *t = p->tool;
     double c = cos(angle), s = sin(angle), top = fmax(profile(t, t->radius), p->history->blank->low - p->z);
-    struct vector sum = { 0.0, 0.0 };
+    struct vector sum = { 0.0, 0.0, 0.0, 0.0 };
 
     if (c > 0.0 && p->across > 1e-9)
-        add(p, c, s, 1.0, 0.0, above(p, c, s, t->radius, top), &sum);
+        add(p, c, s, (struct element){ t->radius, above(p, c, s, t->radius, top), 1.0, 0.0 }, &sum);
     if (c <= 0.0 && p->down >= 0.0)
         return sum;
     if (p->down < 0.0)
@@ -181,14 +200,17 @@ static double all_edges(const struct place *p, double angle, struct vector first
     return size(first);
 }
 
-/* [4] The sum right beside a wall between two angles, on the side where the edge meets more. */
-static double at_wall(const struct place *p, double a, struct vector fa, double b, struct vector fb, int edges)
+/* [4] The sum right beside a wall between the angle i and the next one, on the side where the edge meets more; the work of each side
+ * counts as far as the wall. */
+static void add_wall(const struct place *p, int i, const struct vector *at, int edges, struct sums *sums)
 {
-    double more = size(fa) > size(fb) ? a : b, less = size(fa) > size(fb) ? b : a, half = 0.5 * (size(fa) + size(fb));
-    struct vector best = size(fa) > size(fb) ? fa : fb;
-    int i;
+    const struct vector *this = at + i, *next = at + (i + 1) % ANGLES, *high = size(*this) > size(*next) ? this : next;
+    double step = 2.0 * M_PI / ANGLES, half = 0.5 * (size(*this) + size(*next)), part;
+    double more = step * (high == this ? i : i + 1), less = step * (high == this ? i + 1 : i);
+    struct vector best = *high;
+    int k;
 
-    for (i = 0; i < 5; i++) {
+    for (k = 0; k < 5; k++) {
         struct vector middle = edge(p, 0.5 * (more + less));
         if (size(middle) > half) {
             more = 0.5 * (more + less);
@@ -197,37 +219,41 @@ static double at_wall(const struct place *p, double a, struct vector fa, double 
             less = 0.5 * (more + less);
         }
     }
-    return all_edges(p, more, best, edges);
+    part = 0.5 * (more + less) - step * i;
+    sums->work += (part - 0.5 * step) * (this->work - next->work);
+    sums->chip = fmax(sums->chip, best.chip);
+    sums->most = fmax(sums->most, all_edges(p, more, best, edges));
 }
 
-/* [3] [4] The longest vector of all edges, and the length of the mean one. */
-static void turn(const struct place *p, int edges, double *most, double *mean)
+/* [3] [4] [5] What the edges of a turn push with. */
+static struct sums turn(const struct place *p, int edges)
 {
-    struct vector at[ANGLES], whole = { 0.0, 0.0 };
+    struct sums sums = { 0.0, 0.0, 0.0, 0.0 };
+    struct vector at[ANGLES], whole = { 0.0, 0.0, 0.0, 0.0 };
     int apart = ANGLES / edges, i, k;
     double largest = 0.0, step = 2.0 * M_PI / ANGLES;
 
-    *most = 0.0;
     for (i = 0; i < ANGLES; i++) {
         at[i] = edge(p, step * i);
         largest = fmax(largest, size(at[i]));
         whole.x += at[i].x;
         whole.y += at[i].y;
+        sums.work += step * at[i].work;
+        sums.chip = fmax(sums.chip, at[i].chip);
     }
     for (i = 0; i < apart; i++) {
-        struct vector all = { 0.0, 0.0 };
+        struct vector all = { 0.0, 0.0, 0.0, 0.0 };
         for (k = 0; k < edges; k++) {
             all.x += at[i + k * apart].x;
             all.y += at[i + k * apart].y;
         }
-        *most = fmax(*most, size(all));
+        sums.most = fmax(sums.most, size(all));
     }
-    for (i = 0; i < ANGLES; i++) {
-        struct vector next = at[(i + 1) % ANGLES];
-        if (fabs(size(next) - size(at[i])) > WALL * largest)
-            *most = fmax(*most, at_wall(p, step * i, at[i], step * (i + 1), next, edges));
-    }
-    *mean = size(whole) / apart;
+    for (i = 0; i < ANGLES; i++)
+        if (fabs(size(at[(i + 1) % ANGLES]) - size(at[i])) > WALL * largest)
+            add_wall(p, i, at, edges, &sums);
+    sums.mean = size(whole) / apart;
+    return sums;
 }
 
 /* Where the tool is at `t` (0..1) of a chord. */
@@ -251,8 +277,8 @@ static struct place place_at(struct history *h, const struct chord *c, double t,
     return p;
 }
 
-/* The sums at places `step` mm apart along the chords that are not in air.  edges: of each tool, a divisor of ANGLES; places: (room, 3) path (mm),
- * longest sum, mean one (mm).  -> number of places, -1: no room */
+/* The sums at places `step` mm apart along the chords that are not in air.  edges: of each tool, a divisor of ANGLES; places: (room, 5) path (mm),
+ * and the sums there.  -> number of places, -1: no room */
 long judge_force(const double *blank, long tool_count, const double *sizes, const int *edges, double exponent, long count,
                  const double *ends, const int *tool_of, double step, long room, double *places)
 {
@@ -269,14 +295,16 @@ long judge_force(const double *blank, long tool_count, const double *sizes, cons
         int air = in_air(b, c);
         for (; !air && next < path + length; next += step) {
             struct place p;
+            struct sums found;
             t = fmax(next - path, fmin(LAG, length)) / length;       /* what it has just left is not known before */
             if (made == room) {
                 made = -1;
                 break;
             }
             p = place_at(&h, c, t, length, exponent);
-            places[3 * made] = path + t * length;
-            turn(&p, edges[tool_of[i]], places + 3 * made + 1, places + 3 * made + 2);
+            found = turn(&p, edges[tool_of[i]]);
+            places[5 * made] = path + t * length;
+            memcpy(places + 5 * made + 1, &found, sizeof(found));
             made++;
         }
         path += length;

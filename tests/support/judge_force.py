@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The side force on the cutter in a run, edge by edge, from the servo-rate log, the blank and the tools alone.
+"""Side force, chip and power of the cutter in a run, edge by edge, from the servo-rate log, the blank and the tools
+alone.
 
-Called by bench/bench_force.py, tests/oracles/test_judge_force.py and tests/core/test_force_shapes.py.  How it computes:
-tests/support/judge_force.c; of the product it has nothing.
+Called by bench/bench_force.py, bench/bench_limits.py, tests/oracles/test_judge_force.py, tests/core/test_force_rows.py
+and tests/core/test_force_shapes.py.  How it computes: tests/support/judge_force.c; of the product it has nothing.
 
     force = side_force(Run(log), blank, [Tool(6.0)], [2], rps, kc11=800.0, mc=0.25)
 
@@ -22,9 +23,10 @@ CARBIDE = 580000.0  # N/mm2
 
 
 def places(blank, tools, edges, mc, ends, tool_of, step=STEP):
-    """-> (m, 3): path of each place (mm), longest and mean sum of the edges there (mm)."""
+    """-> (m, 5): path of each place (mm), and there the longest and the mean sum of the edges (mm), the largest n . d
+    and A_mc (mm2)."""
     room = int(np.linalg.norm(ends[:, 3:] - ends[:, :3], axis=1).sum() / step) + len(ends) + 16
-    rows, sizes, box = np.zeros((room, 3)), judging.packed_tools(tools), blank.packed()
+    rows, sizes, box = np.zeros((room, 5)), judging.packed_tools(tools), blank.packed()
     flutes = np.asarray(edges, dtype=np.int32)
     if (360 % flutes).any():
         raise ValueError(f"judge: edges {edges} do not divide 360")
@@ -46,19 +48,38 @@ def places(blank, tools, edges, mc, ends, tool_of, step=STEP):
     return rows[:made]
 
 
-def side_force(run, blank, tools, edges, rps, kc11, mc, step=STEP):
-    """(n,) N at each sample: largest of a turn.  rps (n,): turns of the spindle, 1/s; edges: of each tool."""
+@dataclass
+class Met:
+    """What the edges meet at each sample of a run, (n,); 0 in air."""
+
+    most: np.ndarray  # mm, longest sum of all edges
+    chip: np.ndarray  # largest n . d
+    work: np.ndarray  # mm2, A_mc
+    fed: np.ndarray  # mm, since the edge before was there
+    rate: np.ndarray  # edges a second
+
+
+def met(run, blank, tools, edges, rps, mc, step=STEP):
+    """Met of a run.  rps (n,): turns of the spindle, 1/s; edges: of each tool."""
     first, last, path = judging.chords(run.tips, run.apart)
     ends = np.ascontiguousarray(np.hstack([run.tips[first], run.tips[last]]))
     rows = places(blank, tools, edges, mc, ends, np.ascontiguousarray(run.tool[last], dtype=np.int32), step)
-    clock = np.cumsum(run.took)
-    before = np.interp(clock - 1.0 / (np.maximum(rps, 1e-9) * np.asarray(edges)[run.tool]), clock, path)
+    clock, rate = np.cumsum(run.took), rps * np.asarray(edges)[run.tool]
+    fed = np.maximum(path - np.interp(clock - 1.0 / np.maximum(rate, 1e-9), clock, path), 0.0)
     if len(rows) < 2:
-        return np.zeros(len(path))
+        none = np.zeros(len(path))
+        return Met(none, none, none, fed, rate)
     after = np.searchsorted(rows[:, 0], path).clip(1, len(rows) - 1)
     near = np.where(path - rows[after - 1, 0] < rows[after, 0] - path, after - 1, after)
     inside = np.abs(rows[near, 0] - path) <= step
-    return np.where(inside, kc11 * rows[near, 1] * np.maximum(path - before, 0.0) ** (1.0 - mc), 0.0)
+    most, chip, work = (np.where(inside, rows[near, column], 0.0) for column in (1, 3, 4))
+    return Met(most, chip, work, fed, rate)
+
+
+def side_force(run, blank, tools, edges, rps, kc11, mc, step=STEP):
+    """(n,) N at each sample: largest of a turn.  rps (n,): turns of the spindle, 1/s; edges: of each tool."""
+    found = met(run, blank, tools, edges, rps, mc, step)
+    return kc11 * found.most * found.fed ** (1.0 - mc)
 
 
 def stiffness(diameter, stick_out, modulus=CARBIDE):
