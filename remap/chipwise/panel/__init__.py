@@ -18,3 +18,11 @@ clamp_set_ups.py    the set-ups of clamps of the machine
 visitors.py         how many connections and pages an address may have
 server.py           the web server; page/ has its files, page_colours.py their colours
 """
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from typing import Any
+
+Json = dict[str, Any]  # an object as the json module makes it; who writes it has its keys in a docstring
+Ask = Callable[[Json], Json]  # an order to a process, and its answer
+Right = Callable[[], AbstractContextManager[None]]  # to plan, or to change something, as long as its context lasts

@@ -7,8 +7,10 @@ coordinates.
 """
 
 import os
+from collections.abc import Iterable, Sequence
 
 from chipwise.errors import CycleError, printable
+from chipwise.panel import Ask, Json, Right
 from chipwise.settings import load_settings
 
 
@@ -16,13 +18,13 @@ class ClampSetUps:
     """Of one machine.  ask: order -> answer, as lines.process; acting: function that gives a context, the right to
     change something."""
 
-    def __init__(self, ini, ask, acting):
+    def __init__(self, ini: str, ask: Ask, acting: Right) -> None:
         self.ini, self.ask, self.acting = ini, ask, acting
 
-    def _path(self):
+    def _path(self) -> str:
         return load_settings(self.ini).path("CLAMPS")
 
-    def listed(self, rows=()):
+    def listed(self, rows: Iterable[Sequence[float]] = ()) -> Json:
         """{"file", "set_ups": {number: {"name", "clamps"}}, "in_force": [number]}; rows: of clamp_table.rows(), those
         in force.  Raises CycleError."""
         from chipwise.clamps import set_ups
@@ -31,7 +33,7 @@ class ClampSetUps:
         path = self._path()
         found, now = set_ups.load(path), [Clamp.seen_from_above(row, "") for row in rows]
 
-        def is_on(one):
+        def is_on(one: "set_ups.SetUp") -> bool:
             return bool(one.clamps) and all(
                 any(clamp.is_where(other) for other in now) for clamp in one.clamps.values()
             )
@@ -51,7 +53,9 @@ class ClampSetUps:
             "in_force": [number for number, one in sorted(found.items()) if is_on(one)],
         }
 
-    def change(self, number, title, name, box, gone):
+    def change(
+        self, number: int, title: str | None, name: str | None, box: list[float] | None, gone: str | None
+    ) -> Json:
         """Add a box `name` to a set-up, whose name is then the title, or take the clamp `gone` out, and a set-up
         without clamps with it: {"file"}.  Raises CycleError."""
         from chipwise.clamps import set_ups
@@ -59,11 +63,11 @@ class ClampSetUps:
         path = self._path()
         with self.acting():
             if gone is None:
-                if not set_ups.CLAMP_NAME.fullmatch(name):
+                if name is None or not set_ups.CLAMP_NAME.fullmatch(name):
                     raise CycleError(
                         "the clamp has no name of at most 40 letters, digits, - and _", "give it one, as jaw-1"
                     )
-                set_ups.add(path, number, name, "box", box, title or None)
+                set_ups.add(path, number, name, "box", box or [], title or None)
             else:
                 clamps = set_ups.load(path)[number].clamps if number in set_ups.load(path) else {}
                 if gone not in clamps:
@@ -71,7 +75,7 @@ class ClampSetUps:
                 set_ups.remove(path, number, None if len(clamps) == 1 else gone)
         return {"file": printable(os.path.basename(path))}
 
-    def put(self, number):
+    def put(self, number: int) -> Json:
         """M256: {}, or {"error"} with why it is not done.  Raises CycleError."""
         with self.acting():
             return self.ask({"do": "clamps", "number": number})

@@ -36,7 +36,7 @@ class Item:
     """A display item: its name (English), the groups in which it is shown with others, and its colours as "#rrggbb"."""
 
     name: str
-    groups: tuple
+    groups: tuple[str, ...]
     light: str
     dark: str
 
@@ -71,7 +71,7 @@ def contrast(one: str, other: str) -> float:
     return (high + 0.05) / (low + 0.05)
 
 
-def _luminance(text):
+def _luminance(text: str) -> float:
     parts = [int(text[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
     red, green, blue = (p / 12.92 if p <= 0.04045 else ((p + 0.055) / 1.055) ** 2.4 for p in parts)
     return 0.2126 * red + 0.7152 * green + 0.0722 * blue
@@ -80,7 +80,7 @@ def _luminance(text):
 # ---- a machine's own file -------------------------------------------------------------------------------------
 
 
-def _document(path):
+def _document(path: str) -> dict[str, Any]:
     """A TOML file as a dict."""
     try:
         return tomllib.loads(read_bytes(path, MAX_BYTES).decode("utf-8"))
@@ -95,7 +95,7 @@ def _fail(path: str, item: str, text: str, remedy: str) -> NoReturn:
     raise CycleError(braceless(f"{os.path.basename(path)}: {item + ': ' if item else ''}{text}"), braceless(remedy))
 
 
-def _changed(items, path, document):
+def _changed(items: dict[str, Item], path: str, document: dict[str, Any]) -> dict[str, Item]:
     """The items with the colours of a machine's file, checked."""
     found = dict(items)
     for item, table in document.items():
@@ -113,7 +113,7 @@ def _changed(items, path, document):
     return found
 
 
-def _check_contrast(items, path):
+def _check_contrast(items: dict[str, Item], path: str) -> None:
     """Refuse a colour that cannot be seen."""
     for item, entry in items.items():
         for mode in MODES:

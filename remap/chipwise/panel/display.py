@@ -9,6 +9,8 @@ of the summary.
 
 import os
 import time
+from collections.abc import Iterator, Sequence
+from typing import Any, Protocol
 
 from chipwise import report
 from chipwise.errors import MM_PER_INCH, format_minutes
@@ -53,17 +55,31 @@ STOCK_WORDS = ("none", "defined", "assumed")
 LARGEST = 1e9  # a pin may hold any number; larger ones are not shown
 
 
+class Component(Protocol):
+    """A hal.component: its pins by their names."""
+
+    def __getitem__(self, name: str, /) -> float: ...
+
+    def __setitem__(self, name: str, value: float, /) -> None: ...
+
+
+class Numbers(Protocol):
+    """Pins by their names: a Component, or what somebody has read of it."""
+
+    def __getitem__(self, name: str, /) -> float: ...
+
+
 class Run:
     """One run of a program, from its start to its end."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.seconds = self.fed_s = self.saved_s = 0.0  # all of it; with the volumetric feed on; saved against F
         self.peak = self.mean = self.target = 0.0  # mm3/min
         self.cut_s = self.air_s = self.rub_s = 0.0  # of feed moves, in the stock and outside
         self.at_f_s = self.set_up_s = 0.0  # of the whole program by simulation; 0: not known
         self.assumed = False  # nobody has confirmed the stock
 
-    def look(self, pins):
+    def look(self, pins: Numbers) -> None:
         """The sums so far (components/core/run_sums.h), by the names of SUMS; the target; by the names of STOCK whether
         the stock is assumed."""
         self.seconds, self.fed_s, self.saved_s, self.mean, self.peak, self.cut_s, self.air_s, self.rub_s = (
@@ -73,20 +89,20 @@ class Run:
         if pins["motion-type"] in FEED_MOTION and pins["mode"] and 0 < pins["target"] < LARGEST:
             self.target = pins["target"]
 
-    def look_at_set_up(self, pins):
+    def look_at_set_up(self, pins: Numbers) -> None:
         """The whole program's times, by the names of TIMES."""
         self.at_f_s, self.set_up_s = (shown(pins[name]) for name in TIMES)
 
     @property
-    def worth_a_line(self):
+    def worth_a_line(self) -> bool:
         return self.fed_s > 0 or self.peak > 0 or self.assumed and self.air_share is not None
 
     @property
-    def air_share(self):
+    def air_share(self) -> float | None:
         """Share of the feed time that is in air; None without feed moves."""
         return self.air_s / (self.cut_s + self.air_s) if self.cut_s + self.air_s > 0 else None
 
-    def line(self, program, done, inch):
+    def line(self, program: str, done: Sequence[dict[str, Any]], inch: bool) -> str:
         """The line for the operator.  done: what the cycles reported (chipwise.report)."""
         unit, per = ("in3/min", MM3_PER_IN3) if inch else ("cm3/min", MM3_PER_CM3)
         parts = [f"{os.path.basename(program) or 'program'}: {duration(self.seconds)}"]
@@ -112,7 +128,7 @@ class Run:
             parts.append("largest piece " + (f"{largest / MM_PER_INCH:.3g} in" if inch else f"{largest:.3g} mm"))
         return "; ".join(parts)
 
-    def _at_f(self, per, unit):
+    def _at_f(self, per: float, unit: str) -> Iterator[str]:
         """What a run at F has cut.  per: mm3/min in a unit."""
         if self.air_share is not None:
             yield f"in air {100 * self.air_share:.0f} % of the feed time"
@@ -122,17 +138,17 @@ class Run:
             yield f"set up it would take {format_minutes(self.set_up_s)}, not {format_minutes(self.at_f_s)}"
 
 
-def is_assumed(defined, certain):
+def is_assumed(defined: float, certain: float) -> bool:
     """Whether there is a stock that neither a program nor a person has confirmed (stock-tracker.N.certain)."""
     return bool(defined and not certain)
 
 
-def shown(value):
+def shown(value: float) -> float:
     """A sum that can be shown: 0 for one that is not finite or larger than LARGEST."""
     return value if -LARGEST < value < LARGEST else 0.0
 
 
-def duration(seconds):
+def duration(seconds: float) -> str:
     """12.34 -> "12.3 s", 754 -> "12 min 34 s"."""
     if seconds < 60:
         return f"{seconds:.1f} s"
@@ -143,18 +159,19 @@ def duration(seconds):
 class Display:
     """The panel of one LinuxCNC."""
 
-    def __init__(self, component):
+    def __init__(self, component: Component) -> None:
         import linuxcnc
 
         self.linuxcnc = linuxcnc
         self.component = component
-        self.status = self.command = None
+        self.status: Any = None  # a linuxcnc.stat, which has no types
+        self.command: Any = None  # a linuxcnc.command
         self.inch = False
-        self.run = None
+        self.run: Run | None = None
         self.program, self.main = "", MainProgram()
         self.looked = 0.0
 
-    def look(self):
+    def look(self) -> bool | None:
         """LinuxCNC's status; -> whether a program runs, None without an answer."""
         try:
             if self.status is None:
@@ -170,7 +187,7 @@ class Display:
             self.status.task_mode == self.linuxcnc.MODE_AUTO and self.status.interp_state != self.linuxcnc.INTERP_IDLE
         )
 
-    def step(self):
+    def step(self) -> None:
         now = time.monotonic()
         if self.run:
             self.run.look(self.component)
@@ -187,7 +204,7 @@ class Display:
             if running is not None:
                 self.report(ended)
 
-    def report(self, ended):
+    def report(self, ended: Run) -> None:
         """The line at the end of a run, if there is anything to report; the cycles' report file is emptied."""
         done = report.read(report.path())
         report.begin()
@@ -196,7 +213,7 @@ class Display:
             print(text, flush=True)
             self.command.text_msg(text[:250])
 
-    def show(self):
+    def show(self) -> None:
         """The panel's pins."""
         pins = self.component
         per = MM3_PER_IN3 if self.inch else MM3_PER_CM3
@@ -214,13 +231,13 @@ class Display:
         choose(pins, "unit-", ("cm3", "in3"), int(self.inch))
 
 
-def choose(pins, prefix, names, number):
+def choose(pins: Component, prefix: str, names: Sequence[str], number: float) -> None:
     """Exactly one of the bits is TRUE; a number out of range counts as 0."""
     for at, name in enumerate(names):
         pins[prefix + name] = at == (number if 0 <= number < len(names) else 0)
 
 
-def make_component():
+def make_component() -> Component:
     import hal
 
     component = hal.component(COMPONENT)

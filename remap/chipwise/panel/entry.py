@@ -22,6 +22,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator, Sequence
 
 from chipwise import entry
 from chipwise.host import language
@@ -32,6 +33,7 @@ from chipwise.entry import typed
 from chipwise.entry.planned import CHOPPED
 from chipwise.errors import MM_PER_INCH, CycleError, printable, unnamed
 from chipwise.ini import expanded, values_of
+from chipwise.panel import Ask, Json
 from chipwise.panel.clamp_set_ups import ClampSetUps
 from chipwise.panel.resumes import Resumes
 from chipwise.panel.set_ups import SetUps
@@ -44,7 +46,7 @@ CHOP_SIZE = entry.EntryField("", "chop size", "length", least=0.0)
 CHOP_PARAMETER = "#<_chipwise_chop_size>"
 
 
-def process(order):
+def process(order: Json) -> Json:
     """Answer of entry_process.py to an order.  Raises CycleError if there is none."""
     child = subprocess.Popen(
         [sys.executable, "-m", "chipwise.panel.entry_process"],
@@ -77,21 +79,22 @@ def process(order):
 class Lines:
     """The lines of one machine."""
 
-    def __init__(self, ini, ask=process):
+    def __init__(self, ini: str, ask: Ask = process) -> None:
         """ini: path of the INI file, "" without one; ask: order -> answer."""
         self.ini, self.ask = ini, ask
         self._planning, self._acting = threading.Lock(), threading.Lock()
-        self._plans = {}  # whether the token was there: (number, answer of the plan, code, s on the clock)
+        # whether the token was there: (number, answer of the plan, code, s on the clock)
+        self._plans: dict[bool, tuple[int, Json, str, float]] = {}
         self._count = 0
         self._sent_chop = False  # whether a chop size was sent
         rights = lambda: self._one(self._planning), lambda: self._one(self._acting)
         self.set_ups, self.resumes = SetUps(ini, self._asked, *rights), Resumes(ini, self._asked, *rights)
         self.clamps = ClampSetUps(ini, self._asked, rights[1])
 
-    def _table(self):
+    def _table(self) -> str:
         return load_settings(self.ini).path("ENTRY")
 
-    def codes(self, wanted):
+    def codes(self, wanted: Sequence[str]) -> list[Json]:
         """The codes that this machine has, with their data in the order of entry, in the first of the wanted languages.
         Raises CycleError."""
         table, translate, known, sizes = (
@@ -121,7 +124,7 @@ class Lines:
             if code in known
         ]
 
-    def _known(self):
+    def _known(self) -> set[str]:
         """Codes of the machine's INI file."""
         try:
             remaps = values_of(expanded(self.ini).splitlines(), "RS274NGC", "REMAP")
@@ -129,11 +132,11 @@ class Lines:
             raise CycleError("{path}: {why}", "start LinuxCNC again", path=self.ini, why=error.strerror) from error
         return {text.split()[0].upper() for text in remaps if text}
 
-    def _chop_size(self, unit):
+    def _chop_size(self, unit: str) -> str:
         """[CHIPWISE]CHOP_SIZE in "mm" or "in", as text."""
         return f"{load_settings(self.ini)['CHOP_SIZE'] / (MM_PER_INCH if unit == 'in' else 1.0):.9g}"
 
-    def line(self, code, text, chop=""):
+    def line(self, code: str, text: str, chop: str = "") -> Json:
         """{"line"}, or {"error", "number"} of the field; chop: size that no piece may reach, as it was typed, "" for
         that of the INI file."""
         try:
@@ -142,7 +145,9 @@ class Lines:
         except CycleError as error:
             return {"error": printable(unnamed(error)), "number": getattr(error, "number", 0)}
 
-    def plan(self, code, text, mode, wanted, chop="", by_token=False):
+    def plan(
+        self, code: str, text: str, mode: str, wanted: Sequence[str], chop: str = "", by_token: bool = False
+    ) -> Json:
         """What a line does, as a page shows it, with the number of the plan; or {"error", "number"}.  by_token: who
         asks has the token.  Raises CycleError."""
         made = self.line(code, text, chop)
@@ -168,11 +173,11 @@ class Lines:
             self._plans[by_token] = self._count, found, code, time.monotonic()
             return {"plan": self._count, **{name: value for name, value in found.items() if name != "state"}}
 
-    def run(self, number):
+    def run(self, number: int) -> Json:
         """Run the line that was planned last: {}, or {"error"} with why it is not run.  Raises CycleError."""
         with self._one(self._acting):
             kind = next((kind for kind, plan in list(self._plans.items()) if plan[0] == number), None)
-            plan = self._plans.pop(kind, None)
+            plan = None if kind is None else self._plans.pop(kind, None)
             if plan is None or plan[0] != number:
                 raise CycleError("the line is not run: it is not the one that was planned last", "plan it again")
             _number, found, code, then = plan
@@ -189,28 +194,28 @@ class Lines:
                 {"do": "run", "code": code, "line": line, "unit": found["unit"], "state": found["state"]}
             )
 
-    def guard(self, name, on):
+    def guard(self, name: str, on: bool) -> Json:
         """Switch a guard of line_process.GUARDS: {}, or {"error"} with why it is not switched.  Raises CycleError."""
         with self._one(self._acting):
             return self._asked({"do": "guard", "name": name, "on": on})
 
-    def part(self):
+    def part(self) -> Json:
         """Begin a new part: {}, or {"error"}.  Raises CycleError."""
         with self._one(self._acting):
             return self._asked({"do": "part"})
 
-    def tools(self):
+    def tools(self) -> Json:
         """The file of tool geometry, as tool_editor.listed().  Raises CycleError."""
         return editor.listed(load_settings(self.ini).path("TOOL_GEOMETRY"))
 
-    def tool(self, number, values, seen):
+    def tool(self, number: int, values: Json, seen: str) -> Json:
         """Change a tool (tool_editor.change()): the file as it is then, or {"error"} with why it is not changed.
         Raises CycleError."""
         with self._one(self._acting):
             return self._asked({"do": "tool", "ini": self.ini, "number": number, "values": values, "seen": seen})
 
     @contextlib.contextmanager
-    def _one(self, lock):
+    def _one(self, lock: threading.Lock) -> Iterator[None]:
         """The right to plan, or to run and change.  Raises CycleError if another page has it."""
         if not lock.acquire(blocking=False):
             if lock is self._planning:
@@ -223,7 +228,7 @@ class Lines:
         finally:
             lock.release()
 
-    def _asked(self, order):
+    def _asked(self, order: Json) -> Json:
         try:
             return self.ask(order)
         except CycleError as error:

@@ -24,7 +24,9 @@ import json
 import os
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import asdict, replace
+from typing import TYPE_CHECKING, Protocol, cast
 
 from chipwise import entry
 from chipwise.host import language
@@ -33,8 +35,13 @@ from chipwise.host.clock import patience
 from chipwise.errors import CycleError, printable, unnamed
 from chipwise.host.halcmd import halcmd
 from chipwise.ini import Ini
+from chipwise.panel import Json
 from chipwise.settings import load_settings
 from chipwise.tool_data.table import diameter_of
+
+if TYPE_CHECKING:  # main() imports it when it is wanted
+    from chipwise.entry import mdi
+    from chipwise.program.records import Frame
 
 GUARDS = ("rapid", "flute")  # chipwise-guard.0.guard-NAME
 MONITOR = "chipwise-monitor."
@@ -42,7 +49,27 @@ PART_S = 3.0  # for the monitor
 NICE = 10  # plans wait for whatever else this computer has to do
 
 
-def refusal(machine, state, unit, code):
+class Mdi(Protocol):
+    """entry/mdi.py, or what a test has in its place."""
+
+    State: "type[mdi.State]"
+
+    def read(self) -> "mdi.State": ...
+
+    def scene(self) -> Json: ...
+
+    def tip(self, frame: "Frame | None") -> tuple: ...
+
+    def check(self, state: "mdi.State", unit: str, cuts: bool = True) -> None: ...
+
+    def same(self, before: "mdi.State", now: "mdi.State") -> None: ...
+
+    def send(self, line: str) -> None: ...
+
+    def open_program(self, path: str) -> None: ...
+
+
+def refusal(machine: Mdi, state: "mdi.State", unit: str, code: str) -> str:
     """Why a line of a code may not be run now, "" if it may."""
     try:
         machine.check(state, unit, code.startswith("G"))
@@ -51,7 +78,7 @@ def refusal(machine, state, unit, code):
     return ""
 
 
-def plan(order, machine):
+def plan(order: Json, machine: Mdi) -> Json:
     """The answer to "plan"; machine: entry/mdi.py, or what a test has in its place."""
     from chipwise.drawing.entered import figures, svg
     from chipwise.entry.planned import DRAWN, Scene
@@ -85,7 +112,7 @@ def plan(order, machine):
     }
 
 
-def run(order, machine):
+def run(order: Json, machine: Mdi) -> Json:
     """The answer to "run": the machine has to be as it was when the line was planned."""
     now = machine.read()
     machine.check(now, order["unit"], order["code"].startswith("G"))
@@ -94,7 +121,7 @@ def run(order, machine):
     return {}
 
 
-def guard(order, machine):
+def guard(order: Json, machine: Mdi) -> Json:
     """The answer to "guard"; only at rest, because a stop or its end in a cut would come as a surprise."""
     state = machine.read()
     if not (state.idle and state.at_rest):
@@ -106,7 +133,7 @@ def guard(order, machine):
     return {}
 
 
-def part(_order, machine):
+def part(_order: Json, machine: Mdi) -> Json:
     """The answer to "part"; only at rest, because the monitor does nothing else then."""
     state = machine.read()
     if not (state.idle and state.at_rest):
@@ -126,7 +153,7 @@ def part(_order, machine):
     return {}
 
 
-def check_corner(ini, number, radius):
+def check_corner(ini: str, number: int, radius: object) -> None:
     """Raise CycleError if a corner radius (mm, None: none) is larger than the tool: the stock tracker would be in
     fault."""
     machine = Ini(ini)
@@ -145,7 +172,7 @@ def check_corner(ini, number, radius):
         )
 
 
-def tool(order, machine):
+def tool(order: Json, machine: Mdi) -> Json:
     """The answer to "tool"; only at rest, because the stock tracker has the new tool at once."""
     path = load_settings(order["ini"]).path("TOOL_GEOMETRY")
     found = editor.listed(path)["tools"].get(str(order["number"]), {})
@@ -160,7 +187,7 @@ def tool(order, machine):
     return editor.listed(path)
 
 
-def clamps(order, machine):
+def clamps(order: Json, machine: Mdi) -> Json:
     """The answer to "clamps": M256 in MDI, where it is done when the monitor has answered; only at rest."""
     state = machine.read()
     machine.check(replace(state, incremental=False), state.unit, False)  # M256 means the same in G91
@@ -168,21 +195,21 @@ def clamps(order, machine):
     return {}
 
 
-def _set_up(order, machine):
+def _set_up(order: Json, machine: Mdi) -> Json:
     """The answers to "measure", "corner" and "confirm"."""
     from chipwise.panel import set_up  # takes time
 
     return {"measure": set_up.measure, "corner": set_up.corner, "confirm": set_up.confirm}[order["do"]](order, machine)
 
 
-def _resume(order, machine):
+def _resume(order: Json, machine: Mdi) -> Json:
     """The answers to "resume" and "go-on"."""
     from chipwise.panel import resume  # takes time
 
     return (resume.plan if order["do"] == "resume" else resume.go_on)(order, machine)
 
 
-_WORK = {
+_WORK: dict[str, Callable[[Json, Mdi], Json]] = {
     "resume": _resume,
     "go-on": _resume,
     "plan": plan,
@@ -204,38 +231,38 @@ class Seen:
     for as long as a busy computer lets that process wait.
     """
 
-    def __init__(self, machine):
+    def __init__(self, machine: Mdi) -> None:
         self.machine, self.error = machine, None
         try:
             self.state, self.in_force = machine.read(), machine.scene()
         except CycleError as error:  # said where the work needs the machine: what is wrong with the order comes first
             self.error = error
 
-    def read(self):
+    def read(self) -> "mdi.State":
         if self.error:
             raise self.error
         return self.state
 
-    def scene(self):
+    def scene(self) -> Json:
         self.read()
         return self.in_force
 
-    def __getattr__(self, name):
+    def __getattr__(self, name: str) -> object:
         return getattr(self.machine, name)
 
 
-def answer(order, machine, nice=0):
+def answer(order: Json, machine: Mdi, nice: int = 0) -> Json:
     """The answer to an order; with `nice` it is worked out while others come first."""
     try:
         if nice:
-            machine = Seen(machine)
+            machine = cast(Mdi, Seen(machine))  # which hands on what it does not have
             os.nice(nice)
         return _WORK[order["do"]](order, machine)
     except CycleError as error:
         return {"error": printable(unnamed(error)), "number": getattr(error, "number", 0)}
 
 
-def main():
+def main() -> None:
     from chipwise.entry import mdi
 
     order = json.load(sys.stdin)

@@ -10,13 +10,17 @@ writes of what is not in the files yet: so much is lost at most if the server is
 
 import os
 import time
+from collections.abc import Callable
 
-from chipwise.panel import log_file, operations, tool_log
+from chipwise.panel import Json, log_file, operations, tool_log
+from chipwise.panel.log_file import Row
+from chipwise.panel.machine import Pins
+from chipwise.panel.operations import Operation
 
 RUNNING_S = 10.0
 
 
-def moment_text(seconds):
+def moment_text(seconds: float) -> str:
     """s since 1970 as a spreadsheet reads it, local time."""
     return time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(seconds))
 
@@ -24,20 +28,20 @@ def moment_text(seconds):
 class LoadLog:
     """Tools and operations of one program after the other."""
 
-    def __init__(self, path=""):
+    def __init__(self, path: str = "") -> None:
         """path: of the file of the tools, "" for none."""
         self.path = path
         self.program, self.start = "", 0.0
         self._begin_parts({})
-        self._errors = {}  # by what was tried
-        self._rows = []  # of operations that are not in the file yet
-        self._ended = None  # rows of the tools of a program that has ended and is not in the file yet
-        self._kept = None  # the Operation that NAME.running has
+        self._errors: dict[str, str] = {}  # by what was tried
+        self._rows: list[Row] = []  # of operations that are not in the file yet
+        self._ended: list[Row] | None = None  # rows of the tools of a program that has ended and is not in the file yet
+        self._kept: Operation | None = None  # the Operation that NAME.running has
         self._running, self._running_due = False, 0.0
         if path:
             self._try(self._recover)
 
-    def _begin_parts(self, cycles):
+    def _begin_parts(self, cycles: dict[int, str]) -> None:
         self.moments, self.tools, self.operations = (
             tool_log.Moments(),
             tool_log.ToolLog(),
@@ -46,29 +50,29 @@ class LoadLog:
 
     # ---- what has happened -----------------------------------------------------------------------------------------
 
-    def begin(self, program, now):
+    def begin(self, program: str, now: float) -> None:
         """A program begins; program: its path, now: s since 1970."""
         self.program, self.start = os.path.basename(program), now
         self._begin_parts(operations.cycle_lines(program))
         self._running = True
 
-    def look(self, dt, pins, now):
+    def look(self, dt: float, pins: Pins, now: float) -> None:
         """dt s after the look before; pins: Machine.pins(); now: s since 1970."""
         moment = self.moments.look(dt, pins)
         self.tools.add(moment)
         self._has_ended(self.operations.add(moment, now), True)
 
-    def end(self, complete=True):
+    def end(self, complete: bool = True) -> None:
         """The program has ended; complete: false if the server ends before it."""
         self._has_ended(self.operations.end(), complete)
         self._running = False
         self._ended = self._tool_rows(complete)
 
-    def _has_ended(self, operation, complete):
+    def _has_ended(self, operation: Operation | None, complete: bool) -> None:
         if operation is not None and self.path:
             self._rows.append(self._operation_row(operation, complete))
 
-    def shown(self):
+    def shown(self) -> Json:
         """What a page shows: {"program", "file", "error", "tools": rows, "operations": rows of the last ones, "count":
         of all}."""
         return {
@@ -80,23 +84,23 @@ class LoadLog:
             "count": self.operations.count,
         }
 
-    def _tool_rows(self, complete):
+    def _tool_rows(self, complete: bool) -> list[Row]:
         return [self._with_ends(self.start, row, complete) for row in self.tools.rows()]
 
-    def _operation_row(self, operation, complete):
+    def _operation_row(self, operation: Operation, complete: bool) -> Row:
         return self._with_ends(operation.start, operation.row(), complete)
 
-    def _with_ends(self, start, row, complete):
+    def _with_ends(self, start: float, row: Row, complete: bool) -> Row:
         return {"start": moment_text(start), "program": self.program, **row, "complete": "yes" if complete else "no"}
 
     # ---- files -----------------------------------------------------------------------------------------------------
 
     @property
-    def error(self):
+    def error(self) -> str:
         """What is wrong with the files, "" if nothing is."""
         return next(iter(self._errors.values()), "")
 
-    def write(self):
+    def write(self) -> None:
         """Bring the files up to date; what is wrong with them is in `error`; nothing is raised."""
         if not self.path:
             return
@@ -113,7 +117,7 @@ class LoadLog:
                 self._kept = self.operations.now if due else None
                 self._try(self._keep_running)
 
-    def _try(self, work):
+    def _try(self, work: Callable[[], None]) -> None:
         try:
             work()
             self._errors.pop(work.__name__, None)
@@ -123,23 +127,23 @@ class LoadLog:
                 f"{path}: {getattr(error, 'strerror', None) or error}; correct [CHIPWISE]PANEL_LOG"
             )
 
-    def _append_operations(self):
+    def _append_operations(self) -> None:
         log_file.append(log_file.operations_path(self.path), operations.COLUMNS, self._rows)
 
-    def _append_tools(self):
+    def _append_tools(self) -> None:
         self._running_due = 0.0
-        log_file.append(self.path, tool_log.COLUMNS, self._ended)
+        log_file.append(self.path, tool_log.COLUMNS, self._ended or [])
         log_file.forget_running(self.path)
         self._kept = None
 
-    def _keep_running(self):
+    def _keep_running(self) -> None:
         """Tools of the program and the operation under way, as incomplete."""
         if self.tools.uses:
             log_file.keep_running(
                 self.path, [self._tool_rows(False), [self._operation_row(self._kept, False)] if self._kept else []]
             )
 
-    def _recover(self):
+    def _recover(self) -> None:
         """Add what a server has left that was killed."""
         tools, operation = log_file.left_running(self.path, tool_log.COLUMNS, operations.COLUMNS)
         log_file.append(log_file.operations_path(self.path), operations.COLUMNS, operation)

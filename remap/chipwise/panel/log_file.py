@@ -17,9 +17,11 @@ import json
 import os
 import re
 import stat
+from collections.abc import Mapping, Sequence
 
 from chipwise.host.files import NoRegularFile, read_bytes, write_durable
 
+Row = Mapping[str, object]  # by column
 MOST_BYTES = 5_000_000
 MOST_RUNNING = 1 << 20  # bytes of NAME.running
 LEAST_COLUMNS = 10  # of a log: a file with fewer is somebody else's
@@ -29,30 +31,30 @@ _FORMULA = re.compile(r"(^|[;\t]\s*)(?=[=+\-@\t\r])")
 class OtherColumns(OSError):
     """A file that is not a log."""
 
-    def __init__(self, path):
+    def __init__(self, path: str) -> None:
         super().__init__(errno.EINVAL, "its first line is not that of this log", path)
 
 
 class Damaged(OSError):
     """A NAME.running that cannot be used."""
 
-    def __init__(self, path):
+    def __init__(self, path: str) -> None:
         super().__init__(errno.EINVAL, "it is not what the panel has kept, and is left out", path)
 
 
-def operations_path(path):
+def operations_path(path: str) -> str:
     """load.csv -> load_operations.csv, "" -> ""."""
     name, ending = os.path.splitext(path)
     return f"{name}_operations{ending}" if path else ""
 
 
-def safe(value):
+def safe(value: object) -> object:
     """A value for a spreadsheet: a text that begins like a formula is shown, not computed, also behind a semicolon or a
     tab, which may divide cells."""
     return _FORMULA.sub(r"\1'", value) if isinstance(value, str) else value
 
 
-def _text(columns, rows, head=False):
+def _text(columns: Sequence[str], rows: Sequence[Row], head: bool = False) -> bytes:
     """CSV of dicts, as bytes."""
     text = io.StringIO()
     writer = csv.DictWriter(text, columns)
@@ -62,7 +64,7 @@ def _text(columns, rows, head=False):
     return text.getvalue().encode("utf-8", "replace")
 
 
-def append(path, columns, rows):
+def append(path: str, columns: Sequence[str], rows: Sequence[Row]) -> None:
     """Add rows, dicts by column, to a file.  Raises OSError."""
     if not rows:
         return
@@ -89,7 +91,7 @@ def append(path, columns, rows):
         os.close(handle)
 
 
-def _check_head(path, columns):
+def _check_head(path: str, columns: Sequence[str]) -> None:
     """Raise OtherColumns unless the file begins with the names of the columns."""
     head = _text(columns, [], head=True)
     with open(path, "rb") as file:
@@ -97,7 +99,7 @@ def _check_head(path, columns):
             raise OtherColumns(path)
 
 
-def _is_older(path, columns):
+def _is_older(path: str, columns: Sequence[str]) -> bool:
     """Whether a file is a log with the columns of an older chipwise: some of ours are missing, the first and the last
     are there."""
     with open(path, "rb") as file:
@@ -110,16 +112,16 @@ def _is_older(path, columns):
     )
 
 
-def running_path(path):
+def running_path(path: str) -> str:
     return path + ".running"
 
 
-def keep_running(path, parts):
+def keep_running(path: str, parts: Sequence[Sequence[Row]]) -> None:
     """Write what is not in the files yet; parts: [[columns, rows], ..].  Raises OSError."""
     write_durable(running_path(path), json.dumps(parts).encode(), ".unfinished")
 
 
-def forget_running(path):
+def forget_running(path: str) -> None:
     """All of it is in the files.  Raises OSError."""
     try:
         os.unlink(running_path(path))
@@ -127,7 +129,7 @@ def forget_running(path):
         pass
 
 
-def left_running(path, *columns):
+def left_running(path: str, *columns: Sequence[str]) -> list[list[Row]]:
     """The rows that a server has left which was killed: a list for each of the columns.  Raises OSError."""
     if not os.path.exists(running_path(path)):
         return [[] for _ in columns]
@@ -140,6 +142,6 @@ def left_running(path, *columns):
     return found
 
 
-def _are_rows(rows, columns):
+def _are_rows(rows: object, columns: Sequence[str]) -> bool:
     """Whether something read from a file is a list of rows."""
     return isinstance(rows, list) and all(isinstance(row, dict) and set(row) <= set(columns) for row in rows)

@@ -16,17 +16,21 @@ import json
 import math
 import re
 import sys
+from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from chipwise.check.asked import take_order
-from chipwise.check.drawn_path import Thinner
+from chipwise.check.drawn_path import Path, Thinner
 from chipwise.check.in_force import machine_in_force
 from chipwise.program.program_file import Unfinished, Unreadable
-from chipwise.program.reader import Reader
+from chipwise.program.reader import Machine, Reader
 from chipwise.program.records import ARC, RAPID, TARGET
 from chipwise.errors import unnamed
 from chipwise.host.temp_folder import FolderError, OwnFolder
+from chipwise.panel import Json
+from chipwise.panel.machine import Scene
 
 NICE = 5  # LinuxCNC comes first; with 10 a busy computer showed no path for minutes
 CPU_S = 120
@@ -37,7 +41,7 @@ _COMMENT = re.compile(r"\([^)\n]*\)|;[^\n]*")
 _RELATIVE = re.compile(r"g\s*0*91(?!\s*[.0-9])", re.IGNORECASE)
 
 
-def machine_at(ini, scene, tip, folder):
+def machine_at(ini: str, scene: Scene, tip: Sequence[float], folder: str) -> Machine:
     """The check.reader.Machine of an INI file as it is now."""
     machine = machine_in_force(ini, scene, folder)
     place = " ".join(f"{letter}{value / machine.unit_mm:.6f}" for letter, value in zip("XYZ", tip))
@@ -45,7 +49,7 @@ def machine_at(ini, scene, tip, folder):
     return machine
 
 
-def is_relative(program, scene):
+def is_relative(program: str, scene: Scene) -> bool:
     """Whether the program may begin at the place of the tool: G91 in it, or in force."""
     if "G91 " in scene["codes"] + " ":
         return True
@@ -53,9 +57,11 @@ def is_relative(program, scene):
         return any(_RELATIVE.search(_COMMENT.sub("", row)) for row in file)
 
 
-def read(order, folder):
+def read(order: Json, folder: str) -> tuple[Json, Path | None]:
     """-> (dict of the answer, drawn_path.Path or None)."""
-    thinner, targets, note, line = Thinner(), [], "", 0
+    thinner = Thinner()
+    targets: list[npt.NDArray[np.float64]] = []
+    note, line = "", 0
     try:
         machine = machine_at(order["ini"], order["scene"], order["tip"], folder)
         with Reader(
@@ -84,11 +90,11 @@ def read(order, folder):
     }, path
 
 
-def loops(targets):
+def loops(targets: Sequence[npt.NDArray[np.float64]]) -> list[list[list[float]]]:
     """Rows x, y, z, first -> [[[x, y, z], ..], ..], each contour once, thinned to MOST_LOOP_POINTS."""
     rows = np.concatenate(targets) if targets else np.empty((0, 4))
     every = math.ceil(len(rows) / MOST_LOOP_POINTS) or 1
-    found = {}
+    found: dict[str, list[list[float]]] = {}
     for loop in np.split(rows[:, :3].round(4), np.flatnonzero(rows[:, 3])[1:]):
         if len(loop):
             kept = loop[::every].tolist()
@@ -98,7 +104,7 @@ def loops(targets):
     return list(found.values())
 
 
-def main():
+def main() -> None:
     order = take_order(NICE, 2 * MEMORY_MB)
     with OwnFolder("ahead") as folder:
         head, path = read(order, folder)

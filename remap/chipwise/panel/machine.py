@@ -8,11 +8,13 @@ Lengths come out in mm, velocities in mm/s, whatever the machine's unit.
 import math
 import os
 import time
+from collections.abc import Mapping
+from typing import Any, Literal, Protocol, TypedDict, cast, overload
 
 from chipwise.host import processes
 from chipwise.program import loaded
 from chipwise.host.clock import patience
-from chipwise.stock.shared import attach
+from chipwise.stock.shared import SharedStock, attach
 
 START_S = 0.2  # between two looks whether LinuxCNC has started
 SETTLED_S = 10.0  # after its first answer: whatever starts with it has started
@@ -98,20 +100,62 @@ LENGTHS = {
 AREAS = tuple(f"{TRACKER}load-step-area-{n}" for n in range(LOAD_STEPS))
 
 
-def finite(value):
+Tip = tuple[float, float, float]  # mm, machine coordinates
+
+
+class Pins(Protocol):
+    """{name: float} of NUMBERS and LENGTHS, area_ahead (mm2), feed_per_tooth (mm), and tip."""
+
+    @overload
+    def __getitem__(self, name: Literal["tip"], /) -> Tip:  # type: ignore[misc]  # the one name that is not a number
+        ...
+
+    @overload
+    def __getitem__(self, name: str, /) -> float: ...
+
+
+class Task(TypedDict):
+    """What LinuxCNC's status says, as Machine.task() has it."""
+
+    state: str
+    program: str
+    auto: bool
+    idle: bool
+    failed: bool
+    running: bool
+    paused: bool
+    inch: bool
+    mdi_unit: str
+    feed_override: float
+
+
+class Scene(TypedDict):
+    """Path of the loaded program, and what its path depends on: program.loaded.scene()."""
+
+    program: str
+    index: int
+    offset: list[float]
+    g92: list[float]
+    turn: float
+    tool: int
+    block_delete: bool
+    codes: str
+
+
+def finite(value: float) -> float:
     """A number that can be shown: 0 in place of one that is not finite or larger than LARGEST."""
     value = float(value)
     return value if math.isfinite(value) and abs(value) < LARGEST else 0.0
 
 
-def feed_per_tooth(pins):
+def feed_per_tooth(pins: Mapping[str, float]) -> float:
     """What each edge advances at the feed of now, mm: velocity / (revolutions x edges); 0 if edges or spindle are
     unknown or at rest."""
     edges_s = pins["flutes"] * abs(pins["revolutions"])
     return finite(pins["current_vel"] / edges_s) if edges_s > 1e-9 else 0.0
 
 
-def wait_for_task():
+def wait_for_task() -> bool:
     """Wait until LinuxCNC's task has got its first command, or has answered for SETTLED_S; -> False if the realtime
     ends before.  halcmd complains of a component that appears while it loads others, so ours comes after them."""
     import linuxcnc
@@ -133,22 +177,23 @@ def wait_for_task():
 class Machine:
     """The LinuxCNC that runs here."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         import hal
         import linuxcnc
 
         self.hal, self.linuxcnc = hal, linuxcnc
         self.component = hal.component(f"chipwise-page-{os.getpid()}")
         self.component.ready()
-        self.status, self.main = None, loaded.MainProgram()
-        self.missing = set()
+        self.status: Any = None  # a linuxcnc.stat, which has no types
+        self.main = loaded.MainProgram()
+        self.missing: set[str] = set()
         self.realtime = processes.named("rtapi_app")
 
-    def runs(self):
+    def runs(self) -> bool:
         """Whether the LinuxCNC that was there at the start still is."""
         return not self.realtime or any(map(processes.lives, self.realtime))
 
-    def pin(self, name):
+    def pin(self, name: str) -> float:
         """Its value as a finite float."""
         if name in self.missing:
             return 0.0
@@ -158,7 +203,7 @@ class Machine:
             self.missing.add(name)
             return 0.0
 
-    def pins(self):
+    def pins(self) -> Pins:
         """{name: float} of NUMBERS and LENGTHS, area_ahead (mm2), feed_per_tooth (mm) and tip (x, y, z), machine
         coordinates."""
         units = self.pin(TRACKER + "units-per-mm") or 1.0
@@ -166,10 +211,10 @@ class Machine:
         found.update((name, self.pin(pin) / units) for name, pin in LENGTHS.items())
         found["area_ahead"] = max(map(self.pin, AREAS))
         found["feed_per_tooth"] = feed_per_tooth(found)
-        found["tip"] = tuple(found["pos_" + axis] - found["offset_" + axis] for axis in "xyz")
-        return found
+        tip = tuple(found["pos_" + axis] - found["offset_" + axis] for axis in "xyz")
+        return cast(Pins, {**found, "tip": tip})
 
-    def task(self):
+    def task(self) -> Task | None:
         """What LinuxCNC's status says: {"state", "program", "auto" (the mode of programs), "idle" (nothing is
         under way, at rest), "failed" (the last command ended with an error), "running", "paused", "inch", "mdi_unit"
         ("mm" or "in"), "feed_override"}; None if nothing answers."""
@@ -203,17 +248,17 @@ class Machine:
             "feed_override": status.feedrate if status.feed_override_enabled else 1.0,
         }
 
-    def scene(self):
+    def scene(self) -> Scene | None:
         """What the path of the loaded program depends on, as task() has found it: {"program", and loaded.scene()}; None
         without a program."""
         status = self.status
         if status is None or not self.main.path:
             return None
-        return {"program": self.main.path, **loaded.scene(status)}
+        return cast(Scene, {"program": self.main.path, **loaded.scene(status)})
 
-    def stock(self):
+    def stock(self) -> SharedStock:
         """The map of the tracker.  Raises SharedStockError."""
         return attach(component=self.component, read_only=True)
 
-    def close(self):
+    def close(self) -> None:
         self.component.exit()

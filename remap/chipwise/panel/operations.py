@@ -17,10 +17,12 @@ of either: cycles are not told apart there, rules 1 and 2 are kept.
 
 import re
 from collections import deque
+from collections.abc import Iterable
 
 from chipwise.host.files import read_bytes
 from chipwise.panel.display import LIMITS, MODES
-from chipwise.panel.tool_log import SHARES, WATTS, Use
+from chipwise.panel.log_file import Row
+from chipwise.panel.tool_log import SHARES, WATTS, Moment, Use
 
 COLUMNS = (
     "start",
@@ -57,7 +59,7 @@ _SUB = re.compile(r"(?:N\d+)?O(\d+|<[^>]*>|.*?)(SUB|CALL)")
 _OTHER_CALL = re.compile(r"M0*98(?!\d)")
 
 
-def cycle_lines(path):
+def cycle_lines(path: str) -> dict[int, str]:
     """{line: "G79"} of the cycles that a program calls; {} if it runs subs of other files, is longer than MOST_PROGRAM
     or cannot be read."""
     try:
@@ -67,9 +69,11 @@ def cycle_lines(path):
     return _cycles(text.split("\n"))
 
 
-def _cycles(lines):
+def _cycles(lines: Iterable[str]) -> dict[int, str]:
     """As cycle_lines(), of the lines of a program."""
-    found, defined, called = {}, set(), set()
+    found: dict[int, str] = {}
+    defined: set[str] = set()
+    called: set[str] = set()
     for number, line in enumerate(lines, 1):
         text = _COMMENT.sub("", line).upper()
         sub = _SUB.match(text)
@@ -90,7 +94,7 @@ def _cycles(lines):
 class Operation(Use):
     """One operation."""
 
-    def __init__(self, number, moment, code, now):
+    def __init__(self, number: int, moment: Moment, code: str, now: float) -> None:
         """number: from 1; code: of its cycle, "" without one; now: s since 1970."""
         super().__init__(moment.tool, moment.pins["tool_diameter"])
         mode = int(moment.pins["mode"])
@@ -99,13 +103,13 @@ class Operation(Use):
         self.line = self.last_line = int(moment.pins["line"])
         self.seconds = 0.0
 
-    def add(self, moment):
+    def add(self, moment: Moment) -> None:
         super().add(moment)
         self.seconds += moment.dt
         if moment.cutting:
             self.last_line = int(moment.pins["line"])
 
-    def row(self):
+    def row(self) -> Row:
         limited = {f"{name}_s": round(seconds, 1) for name, seconds in zip(LIMITS[1:], self.limited_s[1:])}
         return {
             "operation": self.number,
@@ -122,15 +126,15 @@ class Operation(Use):
 class OperationLog:
     """The operations of one run of a program."""
 
-    def __init__(self, cycles):
+    def __init__(self, cycles: dict[int, str]) -> None:
         """cycles: cycle_lines()."""
         self.cycles = cycles
-        self.now = None  # the Operation under way
-        self.done = deque(maxlen=SHOWN)
+        self.now: Operation | None = None  # the Operation under way
+        self.done: deque[Operation] = deque(maxlen=SHOWN)
         self.count = 0
-        self._key = None
+        self._key: tuple[int, int, float, int] | None = None
 
-    def add(self, moment, now):
+    def add(self, moment: Moment, now: float) -> Operation | None:
         """A moment that ends now (s since 1970); -> the Operation that it has ended, or None."""
         if self.now is not None:
             self.now.add_late(moment)
@@ -150,13 +154,13 @@ class OperationLog:
             self.now.add(moment)
         return ended
 
-    def end(self):
+    def end(self) -> Operation | None:
         """End the operation under way; -> it, or None."""
         ended, self.now = self.now, None
         if ended is not None:
             self.done.append(ended)
         return ended
 
-    def shown(self):
+    def shown(self) -> list[Operation]:
         """The last SHOWN operations, the one under way at the end."""
         return [*self.done, *([self.now] if self.now else [])][-SHOWN:]

@@ -9,7 +9,7 @@ server.py.
 mixed into the background
 """
 
-from chipwise.panel.colours import BACKGROUND, MODES
+from chipwise.panel.colours import BACKGROUND, MODES, Item
 
 TEXT = "text"
 MIXED = {  # name: item, its share over the background
@@ -25,13 +25,13 @@ MIXED = {  # name: item, its share over the background
 SELECTORS = {"light": ":root", "dark": ':root[data-theme="dark"]'}
 
 
-def mixed(over, under, share):
+def mixed(over: str, under: str, share: float) -> str:
     """Colours "#rrggbb"; share of the first, 0 to 1."""
     pairs = ((int(over[k : k + 2], 16), int(under[k : k + 2], 16)) for k in (1, 3, 5))
     return "#" + "".join(f"{round(under_part + (part - under_part) * share):02x}" for part, under_part in pairs)
 
 
-def variables(items, mode):
+def variables(items: dict[str, Item], mode: str) -> dict[str, str]:
     """{name: "#rrggbb"} of a mode; items: colours.load()."""
     behind = items[BACKGROUND].colour(mode)
     found = {item.replace("_", "-"): entry.colour(mode) for item, entry in items.items()}
@@ -40,7 +40,7 @@ def variables(items, mode):
     return found
 
 
-def stylesheet(items):
+def stylesheet(items: dict[str, Item]) -> str:
     """Text of the style sheet for both modes."""
     return "".join(
         SELECTORS[mode]

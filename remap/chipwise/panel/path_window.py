@@ -7,13 +7,17 @@ follow(): the next place on the path at which the tip is, among the segments tha
 last one; the line that the machine runs has to be one of the segment's.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
+
+from chipwise.check.drawn_path import Path
 
 NEAR_MM = 1.0  # the tip is that far from the path at most: G64 rounds corners
 SAME_MM = 0.05  # of two places as near as that the earlier one counts
 
 
-def follow(path, done, tip, line, reach):
+def follow(path: Path, done: float, tip: Sequence[float], line: int, reach: float) -> float | None:
     """Length of path at which the tip is, mm; None if it is not near the path.
 
     done   the same at the look before; reach: mm that the machine can have gone since
@@ -25,14 +29,14 @@ def follow(path, done, tip, line, reach):
     return None if found is None else max(done, found)
 
 
-def anywhere(path, done, tip, line):
+def anywhere(path: Path, done: float, tip: Sequence[float], line: int) -> float | None:
     """As follow(), on the whole path: what is behind `done` counts before what is in front of it."""
     at = path.after(done)
     found = on_segments(path, max(1, at - 1), len(path.s), tip, line)
     return found if found is not None else on_segments(path, 1, at, tip, line)
 
 
-def on_segments(path, first, last, tip, line):
+def on_segments(path: Path, first: int, last: int, tip: Sequence[float], line: int) -> float | None:
     """Length of path at the nearest place to the tip on the segments first .. last - 1; None without one that is near
     enough.  A segment has the number of the point at its end."""
     last = min(last, len(path.s))

@@ -13,6 +13,8 @@ It is what `chipwise resume` does: resume/running.py, resume/run.py.  Nothing is
 """
 
 import os
+from collections.abc import Callable
+from typing import TYPE_CHECKING, TypeVar
 
 from chipwise.program.program_file import Unreadable
 from chipwise.program.reader import Machine
@@ -20,13 +22,20 @@ from chipwise.errors import CycleError, printable, with_line
 from chipwise.host.temp_folder import OwnFolder
 from chipwise.resume import running
 from chipwise.resume.lathe import sentences
-from chipwise.resume.run import Order
+from chipwise.panel import Json
+from chipwise.resume.run import Order, Resumed
 from chipwise.rewrite.read_back import Different
+
+if TYPE_CHECKING:  # entry_process.py imports this one
+    from chipwise.entry import mdi
+    from chipwise.panel.entry_process import Mdi
+
+T = TypeVar("T")
 
 CPU_S = 100
 
 
-def _asked(work, *values):
+def _asked(work: Callable[..., T], *values: object) -> T:
     """What a function gives; its Unreadable and Different as CycleError."""
     try:
         return work(*values)
@@ -37,7 +46,7 @@ def _asked(work, *values):
         raise CycleError(f"nothing is written: {error}", "please report it with the program") from error
 
 
-def _at_rest(machine):
+def _at_rest(machine: "Mdi") -> "mdi.State":
     """The State of a machine at rest.  Raises CycleError."""
     state = machine.read()
     if not (state.idle and state.at_rest):
@@ -48,7 +57,7 @@ def _at_rest(machine):
     return state
 
 
-def _made(order, machine, program):
+def _made(order: Json, machine: "Mdi", program: str) -> tuple[Resumed, str]:
     with OwnFolder("resume") as folder:
         return _asked(
             running.made,
@@ -61,7 +70,7 @@ def _made(order, machine, program):
         )
 
 
-def plan(order, machine):
+def plan(order: Json, machine: "Mdi") -> Json:
     """The answer to "resume"; machine: entry/mdi.py, or what a test has in its place."""
     program = running.first_program(_at_rest(machine).program)
     found = {"program": printable(os.path.basename(program)), "path_of_program": program, "file": "", "digest": ""}
@@ -77,7 +86,7 @@ def plan(order, machine):
     }
 
 
-def go_on(order, machine):
+def go_on(order: Json, machine: "Mdi") -> Json:
     """The answer to "go-on"; only at rest."""
     program = running.first_program(_at_rest(machine).program)
     if program != order["path_of_program"]:

@@ -9,6 +9,7 @@ import time
 
 from chipwise.host.clock import patience
 from chipwise.errors import CycleError
+from chipwise.panel import Ask, Json, Right
 
 VALID_S = 600.0
 HIDDEN = ("path_of_program", "digest")  # of an answer: not for the page
@@ -18,11 +19,13 @@ class Resumes:
     """Of one machine.  ask: order -> answer, as lines.process; planning, acting: functions that give a context, the
     right to do so."""
 
-    def __init__(self, ini, ask, planning, acting):
+    def __init__(self, ini: str, ask: Ask, planning: Right, acting: Right) -> None:
         self.ini, self.ask, self.planning, self.acting = ini, ask, planning, acting
-        self._found, self._count = {}, 0  # whether the token was there: (number, options, answer, s on the clock)
+        self._count = 0
+        # whether the token was there: (number, options, answer, s on the clock)
+        self._found: dict[bool, tuple[int, Json, Json, float]] = {}
 
-    def plan(self, line, seconds, broke, by_token):
+    def plan(self, line: int | None, seconds: float, broke: bool, by_token: bool) -> Json:
         """What would go on with the loaded program, with the number of the plan; or {"error"}.  Raises CycleError."""
         options = {"line": line, "seconds": seconds, "broke": broke}
         with self.planning():
@@ -34,11 +37,11 @@ class Resumes:
             self._found[by_token] = self._count, options, found, time.monotonic()
             return {"resume": self._count, **{name: value for name, value in found.items() if name not in HIDDEN}}
 
-    def go_on(self, number):
+    def go_on(self, number: int) -> Json:
         """Write and open the program of a plan: {"file"}, or {"error"}.  Raises CycleError."""
         with self.acting():
             kind = next((kind for kind, one in list(self._found.items()) if one[0] == number), None)
-            one = self._found.pop(kind, None)
+            one = None if kind is None else self._found.pop(kind, None)
             if one is None:
                 raise CycleError("nothing is written: it is not the plan that was made last", "plan it again")
             _number, options, found, then = one

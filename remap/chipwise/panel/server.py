@@ -29,17 +29,20 @@ import struct
 import sys
 import threading
 import time
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from collections.abc import Callable, Iterator
+from http.server import ThreadingHTTPServer
 
 from chipwise import version
 from chipwise.host import language
 from chipwise.host.clock import patience
-from chipwise.panel import colours
+from chipwise.panel import Json, colours
 from chipwise.panel.entry_routes import CHANGES, HARMLESS, LineRequests, Refused
 from chipwise.panel.entry import Lines
 from chipwise.panel.page_colours import stylesheet
-from chipwise.panel.visitors import Visitors
+from chipwise.panel.visitors import Visitor, Visitors
+from chipwise.panel.watch import Watch
 
+Address = tuple[str, int] | tuple[str, int, int, int]
 WAITING_CONNECTIONS = 128  # that the kernel keeps until they are taken
 REQUEST_S = 10.0
 SEND_S = 5.0
@@ -85,32 +88,32 @@ HEADERS = (
 )
 
 
-def message(kind, content):
+def message(kind: bytes, content: bytes) -> bytes:
     """One message of a stream; kind: a byte."""
     return kind + struct.pack("<I", len(content)) + content
 
 
-def as_url(address, port):
+def as_url(address: str, port: int) -> str:
     """http://ADDRESS:PORT, IPv6 in brackets."""
     return f"http://[{address}]:{port}" if ":" in address else f"http://{address}:{port}"
 
 
-class Handler(LineRequests, BaseHTTPRequestHandler):
+class Handler(LineRequests):
     """One request; a connection has one."""
 
     server_version, sys_version = "chipwise", ""
     timeout = REQUEST_S
 
-    def log_message(self, *_words):
+    def log_message(self, *_words: object) -> None:
         """Nothing: a stranger must not fill the log."""
 
-    def do_GET(self):
+    def do_GET(self) -> None:
         self.answer(self.get)
 
-    def do_POST(self):
+    def do_POST(self) -> None:
         self.answer(self.post)
 
-    def answer(self, work):
+    def answer(self, work: Callable[[], None]) -> None:
         """Do the work; whatever goes wrong, only this connection ends."""
         try:
             self.check_origin()
@@ -121,7 +124,7 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
             pass
         self.close_connection = True
 
-    def check_origin(self):
+    def check_origin(self) -> None:
         """Raise Refused unless the request is addressed to this server and comes from its own page, or from no page."""
         hosts = self.server.names_of(self.connection.getsockname()[0])
         if (self.headers.get("Host") or "").lower() not in hosts:
@@ -134,7 +137,7 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
         ):
             raise Refused(403, "the request comes from another page; use the panel's own")
 
-    def send(self, status, content, kind):
+    def send(self, status: int, content: bytes, kind: str) -> None:
         self.connection.settimeout(SEND_S)
         self.send_response(status)
         self.send_header("Content-Type", kind + "; charset=utf-8" if kind.startswith("text/") else kind)
@@ -143,17 +146,17 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
         self.end_headers()
         self.wfile.write(content)
 
-    def headers_for_all(self):
+    def headers_for_all(self) -> None:
         for name, value in HEADERS:
             self.send_header(name, value)
         self.send_header("Connection", "close")
 
-    def send_json(self, status, found):
+    def send_json(self, status: int, found: object) -> None:
         self.send(status, json.dumps(found).encode(), "application/json")
 
     # --- reading ------------------------------------------------------------------------------------------------
 
-    def get(self):
+    def get(self) -> None:
         self.server.in_time(self.connection)
         path, _, self.query = self.path.partition("?")
         if path in FILES:
@@ -163,26 +166,26 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
         else:
             raise Refused(404, "there is nothing here")
 
-    def file(self, folder, name, kind):
+    def file(self, folder: str, name: str, kind: str) -> None:
         with open(os.path.join(folder, name), "rb") as file:
             self.send(200, file.read(), kind)
 
-    def strings(self):
+    def strings(self) -> None:
         name, texts = language.catalogue([self.query, *self.languages()])
         self.send_json(200, {"language": name, "strings": texts})
 
-    def style(self):
+    def style(self) -> None:
         self.send(200, stylesheet(self.server.items).encode(), "text/css")
 
-    def state(self):
+    def state(self) -> None:
         self.send(200, self.server.watch.text, "application/json")
 
-    def log(self):
+    def log(self) -> None:
         with self.server.watch.published:
             found = self.server.watch.log.shown()
         self.send_json(200, found)
 
-    def about(self):
+    def about(self) -> None:
         self.send_json(
             200,
             {
@@ -192,7 +195,7 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
             },
         )
 
-    def stream(self):
+    def stream(self) -> None:
         """Messages until the page, LinuxCNC or this program ends."""
         watch = self.server.watch
         with self.server.one_more_page(self.connection):
@@ -218,7 +221,7 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
 
     # --- changing -----------------------------------------------------------------------------------------------
 
-    def post(self):
+    def post(self) -> None:
         path, _, self.query = self.path.partition("?")
         if path in HARMLESS:
             self.check_own_page()
@@ -237,12 +240,12 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
         else:
             raise Refused(404, "there is nothing here")
 
-    def check_own_page(self):
+    def check_own_page(self) -> None:
         """Raise Refused unless the request names its origin, which check_origin() has compared."""
         if self.headers.get("Origin") is None:
             raise Refused(403, "the request does not name its origin; use the panel's own page")
 
-    def check_token(self):
+    def check_token(self) -> None:
         """Raise Refused unless the request may change something."""
         if not self.server.token:
             raise Refused(403, "this panel is read-only; set [CHIPWISE]PANEL_TOKEN to change something with it")
@@ -253,7 +256,7 @@ class Handler(LineRequests, BaseHTTPRequestHandler):
             raise Refused(403, "the token is not the one of [CHIPWISE]PANEL_TOKEN; enter that one")
         self.server.befriend(self.connection)
 
-    def body(self):
+    def body(self) -> Json:
         """The JSON object of the request."""
         try:
             length = int(self.headers.get("Content-Length") or 0)
@@ -291,7 +294,15 @@ class Server(ThreadingHTTPServer):
     request_queue_size = WAITING_CONNECTIONS
     allow_reuse_address = True
 
-    def __init__(self, address, port, watch, token="", items=None, lines=None):
+    def __init__(
+        self,
+        address: str,
+        port: int,
+        watch: Watch,
+        token: str = "",
+        items: dict[str, colours.Item] | None = None,
+        lines: Lines | None = None,
+    ) -> None:
         """address: IPv4 or IPv6; port: 0 for a free one; token: "" for read-only; items: colours.load(), None:
         chipwise's own; lines: lines.Lines, None: without a machine.  Raises OSError."""
         self.address_family = socket.AF_INET6 if ":" in address else socket.AF_INET
@@ -299,19 +310,20 @@ class Server(ThreadingHTTPServer):
         self.items = colours.load("") if items is None else items
         self.lines = lines or Lines("")
         self._lock = threading.Lock()
-        self._open = {}  # connection: until when its request has to be there, None afterwards
+        # connection: until when its request has to be there, None afterwards
+        self._open: dict[socket.socket, float | None] = {}
         self._visitors = Visitors()
         super().__init__((address, port), Handler)
-        self.url = as_url(*self.server_address[:2])
+        self.url = as_url(str(self.server_address[0]), self.server_address[1])
 
-    def server_bind(self):
+    def server_bind(self) -> None:
         """As HTTPServer does, but without looking its own name up, which may need a network."""
         socket.socket.setsockopt(self.socket, socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         self.socket.bind(self.server_address)
         self.server_address = self.socket.getsockname()
-        self.server_name, self.server_port = self.server_address[:2]
+        self.server_name, self.server_port = str(self.server_address[0]), self.server_address[1]
 
-    def names_of(self, address):
+    def names_of(self, address: str) -> set[str]:
         """Values that a Host header may have on a connection to an address of this machine."""
         address = address.removeprefix("::ffff:")
         names = {f"[{address}]" if ":" in address else address}
@@ -319,7 +331,8 @@ class Server(ThreadingHTTPServer):
             names.add("localhost")
         return {f"{name}:{self.server_port}" for name in names} | (names if self.server_port == 80 else set())
 
-    def process_request(self, request, client_address):
+    # the module's server may also be one of datagrams: of TCP a request is always a socket
+    def process_request(self, request: socket.socket, client_address: Address) -> None:  # type: ignore[override]  # TCP
         try:
             served = request.getsockname()[0]
         except OSError:  # gone already
@@ -333,29 +346,30 @@ class Server(ThreadingHTTPServer):
         else:
             self.shutdown_request(request)
 
-    def shutdown_request(self, request):
+    # as for process_request()
+    def shutdown_request(self, request: socket.socket) -> None:  # type: ignore[override]  # TCP
         with self._lock:
             self._open.pop(request, None)
             self._visitors.go(request)
         super().shutdown_request(request)
 
-    def visitor(self, connection):
+    def visitor(self, connection: socket.socket) -> Visitor:
         """visitors.Visitor of a connection."""
         with self._lock:
             return self._visitors.connections[connection]
 
-    def befriend(self, connection):
+    def befriend(self, connection: socket.socket) -> None:
         """A connection has brought the right token."""
         with self._lock:
             self._visitors.befriend(self._visitors.connections[connection])
 
-    def in_time(self, connection):
+    def in_time(self, connection: socket.socket) -> None:
         """The request is there, with its body."""
         with self._lock:
             if connection in self._open:
                 self._open[connection] = None
 
-    def service_actions(self):
+    def service_actions(self) -> None:
         """Twice a second: a request that comes byte by byte ends here."""
         now = time.monotonic()
         with self._lock:
@@ -366,14 +380,14 @@ class Server(ThreadingHTTPServer):
             except OSError:
                 pass
 
-    def handle_error(self, request, client_address):
+    def handle_error(self, request: object, client_address: Address) -> None:
         """Of one connection, in the log as one line."""
         error = sys.exc_info()[1]
         if not isinstance(error, OSError):
             print(f"chipwise-panel: {type(error).__name__}: {error}", flush=True)
 
     @contextlib.contextmanager
-    def one_more_page(self, connection):
+    def one_more_page(self, connection: socket.socket) -> Iterator[None]:
         """Context of an open page; Refused for one too many."""
         with self._lock:
             if not self._visitors.open_page(connection):
@@ -389,7 +403,7 @@ class Server(ThreadingHTTPServer):
                 self._visitors.close_page(connection)
                 self.watch.pages = len(self._visitors.streams)
 
-    def close(self):
+    def close(self) -> None:
         self.closing = True
         self.shutdown()
         self.server_close()

@@ -16,32 +16,43 @@ It is what `chipwise setup` does: setup/measure.py, setup/confirmed.py.
 
 import math
 import os
+from typing import TYPE_CHECKING
 
+from chipwise.clamps.clamp import Clamp
 from chipwise.check.findings import grouped_notes
 from chipwise.check.in_force import machine_in_force
 from chipwise.program.program_file import Unreadable
 from chipwise.program.records import Frame
 from chipwise.errors import CycleError, printable, with_line
 from chipwise.host.temp_folder import OwnFolder
+from chipwise.panel import Json
 from chipwise.settings import load_settings
 from chipwise.setup import confirmed
 from chipwise.setup import job as jobs
+from chipwise.setup.measure import Measured
 from chipwise.setup.measure import measure as measured
 from chipwise.tool_data.materials import find_material
+
+if TYPE_CHECKING:  # entry_process.py imports this one
+    from chipwise.panel.entry_process import Mdi
+
+Corner = tuple[float, float, float]  # of a box, mm
 
 CPU_S = 100
 
 
-def _stock_of(order):
+def _stock_of(order: Json) -> tuple[Corner, Corner] | None:
     """(lower corner, upper corner), or None if the program's own stock is asked for."""
-    values = order["stock"]
-    stock = values and (tuple(values[:3]), tuple(values[3:]))
-    if stock and not all(b - a >= jobs.LEAST_MM for a, b in zip(*stock)):
+    if not order["stock"]:
+        return None
+    x0, y0, z0, x1, y1, z1 = order["stock"]
+    stock = (x0, y0, z0), (x1, y1, z1)
+    if not all(b - a >= jobs.LEAST_MM for a, b in zip(*stock)):
         raise CycleError("the stock has no extent", "give its lower corner first, then its upper one")
     return stock
 
 
-def measure(order, machine):
+def measure(order: Json, machine: "Mdi") -> Json:
     """The answer to "measure"; machine: entry/mdi.py, or what a test has in its place."""
     program, scene = machine.read().program, machine.scene()
     if not program:
@@ -92,7 +103,7 @@ def measure(order, machine):
     }
 
 
-def _seen(clamp, frame):
+def _seen(clamp: Clamp, frame: Frame) -> Json:
     """A Clamp of the machine, in work coordinates."""
     here = clamp.seen_from(frame.to_machine((0.0, 0.0, 0.0)), math.degrees(frame.turn))
     half = [(b - a) / 2 for a, b in zip(here.low[:2], here.high[:2])]
@@ -104,7 +115,7 @@ def _seen(clamp, frame):
     }
 
 
-def _drawn(found):
+def _drawn(found: Measured) -> list[list[float]]:
     """Points of the path, work coordinates of the first move."""
     if found.path is None:
         return []
@@ -112,13 +123,13 @@ def _drawn(found):
     return [[round(a, 3), round(b, 3), round(c, 3), int(d)] for a, b, c, d in zip(x, y, z, found.path.rapid)]
 
 
-def corner(order, machine):
+def corner(order: Json, machine: "Mdi") -> Json:
     """The answer to "corner": where the tip of the tool is."""
     frame = order["frame"] and Frame(order["frame"][0], tuple(order["frame"][1]), tuple(order["frame"][2]))
     return {"corner": [round(float(value), 4) for value in machine.tip(frame)]}
 
 
-def confirm(order, machine):
+def confirm(order: Json, machine: "Mdi") -> Json:
     """The answer to "confirm"; only at rest: a new set-up would end the one that is in force."""
     state = machine.read()
     if not (state.idle and state.at_rest):

@@ -7,9 +7,11 @@
 """
 
 import time
+from collections.abc import Sequence
 
 from chipwise.host.clock import patience
 from chipwise.errors import CycleError
+from chipwise.panel import Ask, Json, Right
 
 VALID_S = 3600.0
 HIDDEN = ("job", "frame", "path_of_program")  # of an answer: not for the page
@@ -19,11 +21,13 @@ class SetUps:
     """Of one machine.  ask: order -> answer, as lines.process; measuring, acting: functions that give a context, the
     right to do so."""
 
-    def __init__(self, ini, ask, measuring, acting):
+    def __init__(self, ini: str, ask: Ask, measuring: Right, acting: Right) -> None:
         self.ini, self.ask, self.measuring, self.acting = ini, ask, measuring, acting
-        self._found, self._count = {}, 0  # whether the token was there: (number, answer, s on the clock)
+        self._count = 0
+        # whether the token was there: (number, answer, s on the clock)
+        self._found: dict[bool, tuple[int, Json, float]] = {}
 
-    def measure(self, stock, material, by_token):
+    def measure(self, stock: Sequence[float] | None, material: str, by_token: bool) -> Json:
         """What a program cuts in a stock (six numbers, mm, or None), with the number of the measurement; or {"error"}.
         Raises CycleError."""
         with self.measuring():
@@ -35,7 +39,7 @@ class SetUps:
             self._found[by_token] = self._count, found, time.monotonic()
             return {"measured": self._count, **{name: value for name, value in found.items() if name not in HIDDEN}}
 
-    def corner(self, number, in_machine=False):
+    def corner(self, number: object, in_machine: bool = False) -> Json:
         """Where the tool is, in the coordinates of a measurement, in those in force or in those of the machine; or
         {"error"}."""
         if in_machine:
@@ -43,11 +47,11 @@ class SetUps:
         frame = next((found["frame"] for count, found, _then in list(self._found.values()) if count == number), None)
         return self.ask({"do": "corner", "frame": frame})
 
-    def confirm(self, number):
+    def confirm(self, number: int) -> Json:
         """Write the job file of a measurement: {"file"}, or {"error"}.  Raises CycleError."""
         with self.acting():
             kind = next((kind for kind, one in list(self._found.items()) if one[0] == number), None)
-            one = self._found.pop(kind, None)
+            one = None if kind is None else self._found.pop(kind, None)
             if one is None:
                 raise CycleError(
                     "the set-up is not confirmed: it is not the one that was measured last", "measure it again"

@@ -8,14 +8,18 @@ it is installed; without it the tab has a button that opens the browser.  It end
 
 import os
 import signal
+from collections.abc import Sequence
+from types import ModuleType
+from typing import Any
 
+Widget = Any  # of GTK, and windows of Xlib below: both have no types
 AGAIN_MS = 2000  # until a page that did not answer is asked for again: the server starts after the screen
 WEBKITS = ("4.1", "4.0")  # versions of WebKit2 for GTK 3
 FIT_MS = 500  # between two looks at the size of the window around the page
 TOUCH_PX = 48
 
 
-def gtk():
+def gtk() -> ModuleType:
     """GTK 3's module.  Raises ImportError or ValueError if it is not installed."""
     os.environ["GDK_BACKEND"] = "x11"  # embedding is a matter of X11
     os.environ.setdefault(
@@ -29,7 +33,7 @@ def gtk():
     return Gtk
 
 
-def web_view(url, versions=WEBKITS):
+def web_view(url: str, versions: Sequence[str] = WEBKITS) -> Widget | None:
     """A view of the page, None without WebKitGTK."""
     import gi
     from gi.repository import GLib
@@ -42,7 +46,7 @@ def web_view(url, versions=WEBKITS):
             continue
         view = WebKit2.WebView()
 
-        def again(*_failed):
+        def again(*_failed: object) -> bool:
             GLib.timeout_add(AGAIN_MS, lambda: view.load_uri(url))
             return True
 
@@ -54,7 +58,7 @@ def web_view(url, versions=WEBKITS):
     return None
 
 
-def button(url):
+def button(url: str) -> Widget:
     """What is there without WebKitGTK: the address, and a button that opens it in the browser."""
     Gtk = gtk()
     box = Gtk.Box(orientation=Gtk.Orientation.VERTICAL, spacing=12, halign=Gtk.Align.CENTER, valign=Gtk.Align.CENTER)
@@ -62,7 +66,7 @@ def button(url):
     opens.set_size_request(-1, TOUCH_PX)
     says = Gtk.Label(label=url, selectable=True)
 
-    def clicked(_button):
+    def clicked(_button: object) -> None:
         from gi.repository import Gio, GLib
 
         try:
@@ -76,7 +80,7 @@ def button(url):
     return box
 
 
-def put_into(plug, window):
+def put_into(plug: Widget, window: int) -> tuple[Any, Any, Any]:
     """AXIS's container is one of Tk, which does not map a window that asks for it by XEmbed: as gladevcp does, with
     python3-xlib, which LinuxCNC brings for it."""
     from Xlib import display
@@ -92,7 +96,7 @@ def put_into(plug, window):
     return server, inner, drawable.Window(server.display, window, 0)
 
 
-def fit(server, inner, outer):
+def fit(server: Any, inner: Any, outer: Any) -> bool:
     """Give the page the size of the window around it: QtVCP's container does not follow XEmbed, and leaves that to
     whoever is in it.
     -> True, to be called again; a window that has gone ends the page elsewhere."""
@@ -109,7 +113,7 @@ def fit(server, inner, outer):
     return True
 
 
-def show(window, url):
+def show(window: int, url: str) -> None:
     """The page in the X window of that number, until it or this process ends.  Raises as gtk(), RuntimeError without a
     display."""
     Gtk = gtk()

@@ -10,10 +10,13 @@ load logs of machine tools: reference, mean, peak, time, overload reaction.
  2. A Use adds up the moments of one tool, or of one operation.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from chipwise.panel.display import FEED_MOTION, LIMITS
 from chipwise.panel.limits import TOOTH, loads, power
+from chipwise.panel.log_file import Row
+from chipwise.panel.machine import Pins
 from chipwise.rates import MM3_PER_CM3
 from chipwise.clib.layout import LimitedBy
 
@@ -42,13 +45,13 @@ OVER = 1.1  # of the target: an overload
 MOST_TOOLS = 1000
 
 
-def watts_of(pins):
+def watts_of(pins: Pins) -> tuple[float | None, float | None]:
     """Predicted and measured power, W; None: not known."""
     found = power(pins)
     return (found["predicted"] or None, found["measured"]) if found else (None, None)
 
 
-def mean(uses):
+def mean(uses: "Collection[Use]") -> float:
     """Removal rate of uses while they cut, mm3/min."""
     seconds = sum(use.cut_s for use in uses)
     return sum(use.volume for use in uses) / seconds * 60 if seconds > 0 else 0.0
@@ -63,31 +66,31 @@ class Moment:
     volume: float
     cutting: bool
     stop: bool
-    pins: dict
+    pins: Pins
 
     @property
-    def counts(self):
+    def counts(self) -> bool:
         """Whether a tool or an operation of which nothing is known yet gets a row for it."""
         return self.cutting or self.stop
 
     @property
-    def late(self):
+    def late(self) -> float:
         """Volume that was cut before the motion which this look has found: it belongs to whoever has cut last."""
         return 0.0 if self.cutting else self.volume
 
     @property
-    def tool(self):
+    def tool(self) -> int:
         return int(self.pins["tool"])
 
 
 class Moments:
     """Looks one after the other."""
 
-    def __init__(self):
-        self._removed = None
+    def __init__(self) -> None:
+        self._removed: float | None = None
         self._stopped = False
 
-    def look(self, dt, pins):
+    def look(self, dt: float, pins: Pins) -> Moment:
         """-> the Moment that ends with this look, dt s after the one before."""
         before, self._removed = self._removed, pins["removed"]
         volume = pins["removed"] - before if before is not None else 0.0  # below 0: another stock
@@ -102,16 +105,16 @@ class Moments:
 class Use:
     """What one tool did, or one operation; s, mm3, mm3/min."""
 
-    def __init__(self, tool, diameter):
+    def __init__(self, tool: int, diameter: float) -> None:
         self.tool, self.diameter = tool, diameter
         self.cut_s = self.over_s = self.volume = self.peak = self.reference = 0.0
         self.rate = 0.0  # that it was last seen to cut with
         self.limited_s = [0.0] * len(LIMITS)  # by LimitedBy
         self.stops = 0
-        self.shares = {}  # the largest of limits.loads()
+        self.shares: dict[str, float] = {}  # the largest of limits.loads()
         self.watts = {name: (0.0, 0.0) for name in WATTS}  # Ws, and the s for which it was known
 
-    def add(self, moment):
+    def add(self, moment: Moment) -> None:
         pins = moment.pins
         self.stops += moment.stop
         if not moment.cutting:
@@ -127,7 +130,7 @@ class Use:
             self.over_s += moment.dt
         self.add_limits(moment)
 
-    def add_limits(self, moment):
+    def add_limits(self, moment: Moment) -> None:
         """The largest share of each bound, and the powers."""
         for name, share in loads(moment.pins).items():
             self.shares[name] = max(share, self.shares.get(name, 0.0))
@@ -136,7 +139,7 @@ class Use:
                 joules, seconds = self.watts[name]
                 self.watts[name] = joules + value * moment.dt, seconds + moment.dt
 
-    def add_late(self, moment):
+    def add_late(self, moment: Moment) -> None:
         """What it had cut before the motion which this look has found, and the time for that: a mean above the peak
         cannot be."""
         self.volume += moment.late
@@ -144,17 +147,17 @@ class Use:
             self.cut_s += min(moment.dt, 60 * moment.late / self.rate)
 
     @property
-    def slowed_s(self):
+    def slowed_s(self) -> float:
         """Time for which the stock held the feed back."""
         return sum(self.limited_s[limit] for limit in SLOWED)
 
     @property
-    def limited_by(self):
+    def limited_by(self) -> str:
         """What held the feed back longest: a name of display.LIMITS."""
         longest = max(self.limited_s)
         return LIMITS[self.limited_s.index(longest)] if longest > 0 else LIMITS[LimitedBy.NONE]
 
-    def figures(self):
+    def figures(self) -> Row:
         """The figures that tools and operations have in common."""
         return {
             "tool": self.tool,
@@ -177,7 +180,7 @@ class Use:
             },
         }
 
-    def row(self):
+    def row(self) -> Row:
         """The figures of a tool, as a page and the file show them."""
         return {**self.figures(), "slowed_s": round(self.slowed_s, 1)}
 
@@ -185,11 +188,11 @@ class Use:
 class ToolLog:
     """The tools of one run of a program, in the order of their first cut."""
 
-    def __init__(self):
-        self.uses = {}
-        self._last = None  # the Use that has cut last
+    def __init__(self) -> None:
+        self.uses: dict[int, Use] = {}
+        self._last: Use | None = None  # the Use that has cut last
 
-    def add(self, moment):
+    def add(self, moment: Moment) -> None:
         if self._last is not None:
             self._last.add_late(moment)
         number = moment.tool
@@ -201,9 +204,9 @@ class ToolLog:
         self._last = self.uses[number] if moment.cutting else self._last
 
     @property
-    def mean(self):
+    def mean(self) -> float:
         """Of all tools, mm3/min."""
         return mean(self.uses.values())
 
-    def rows(self):
+    def rows(self) -> list[Row]:
         return [use.row() for use in self.uses.values()]

@@ -20,6 +20,7 @@ Any function is called under the lock of the server.
 import ipaddress
 import time
 from collections import Counter, OrderedDict
+from collections.abc import Hashable
 
 MOST_CONNECTIONS = 48
 ROOM_CONNECTIONS = 16
@@ -33,12 +34,12 @@ MOST_FRIENDS = 16
 MOST_REMEMBERED = 1024
 
 
-def plain(address):
+def plain(address: str) -> str:
     """An address as text, without zone; IPv4 that has come by IPv6 is IPv4."""
     return address.partition("%")[0].removeprefix("::ffff:")
 
 
-def network(address):
+def network(address: str) -> str:
     """What counts as one visitor."""
     try:
         found = ipaddress.ip_address(plain(address))
@@ -47,7 +48,7 @@ def network(address):
     return str(ipaddress.ip_network((found, 64), strict=False)) if found.version == 6 else str(found)
 
 
-def is_local(address, served):
+def is_local(address: str, served: str) -> bool:
     """Whether a connection is from this computer; served: the address of it that the connection has come to."""
     return ipaddress.ip_address(plain(address)).is_loopback or plain(address) == plain(served)
 
@@ -55,22 +56,27 @@ def is_local(address, served):
 class Visitor:
     """One connection: who it is from."""
 
-    def __init__(self, name, local):
+    def __init__(self, name: str, local: bool) -> None:
         self.name, self.local = name, local
+
+
+Places = dict[Hashable, Visitor]  # by connection
 
 
 class Visitors:
     """All connections of one server."""
 
-    def __init__(self):
-        self.connections, self.streams = {}, {}  # connection: Visitor
-        self._friends = OrderedDict()  # names, the last one that was here at the end
-        self._budgets = OrderedDict()  # name of a stranger: (requests left, s on the clock)
+    def __init__(self) -> None:
+        self.connections: Places = {}
+        self.streams: Places = {}
+        self._friends: OrderedDict[str, bool] = OrderedDict()  # names, the last one that was here at the end
+        # name of a stranger: (requests left, s on the clock)
+        self._budgets: OrderedDict[str, tuple[float, float]] = OrderedDict()
 
-    def is_friend(self, visitor):
+    def is_friend(self, visitor: Visitor) -> bool:
         return visitor.local or visitor.name in self._friends
 
-    def befriend(self, visitor):
+    def befriend(self, visitor: Visitor) -> None:
         """The right token has come."""
         if not visitor.local:
             self._friends[visitor.name] = True
@@ -78,10 +84,10 @@ class Visitors:
             while len(self._friends) > MOST_FRIENDS:
                 self._friends.popitem(last=False)
 
-    def _strangers(self, places):
+    def _strangers(self, places: Places) -> Counter[str]:
         return Counter(one.name for one in places.values() if not self.is_friend(one))
 
-    def _fits(self, places, visitor, most, room, of_address):
+    def _fits(self, places: Places, visitor: Visitor, most: int, room: int, of_address: int) -> bool:
         """Whether one more place is free for a visitor."""
         if len(places) >= most:
             return False
@@ -90,7 +96,7 @@ class Visitors:
         strangers = self._strangers(places)
         return sum(strangers.values()) < most - room and strangers[visitor.name] < of_address
 
-    def come(self, connection, address, served):
+    def come(self, connection: object, address: str, served: str) -> bool:
         """-> whether a connection may stay."""
         visitor = Visitor(network(address), is_local(address, served))
         if not self._fits(
@@ -100,7 +106,7 @@ class Visitors:
         self.connections[connection] = visitor
         return True
 
-    def _may_ask(self, visitor):
+    def _may_ask(self, visitor: Visitor) -> bool:
         """Count a request of a stranger; -> whether it is not one too many."""
         if self.is_friend(visitor):
             return True
@@ -112,11 +118,11 @@ class Visitors:
             self._budgets.popitem(last=False)
         return left >= 1.0
 
-    def go(self, connection):
+    def go(self, connection: object) -> None:
         self.connections.pop(connection, None)
         self.streams.pop(connection, None)
 
-    def open_page(self, connection):
+    def open_page(self, connection: object) -> bool:
         """-> whether a connection may have a stream, which close_page() or go() ends."""
         visitor = self.connections.get(connection)
         if visitor is None or not self._fits(self.streams, visitor, MOST_STREAMS, ROOM_STREAMS, STREAMS_OF_ADDRESS):
@@ -124,5 +130,5 @@ class Visitors:
         self.streams[connection] = visitor
         return True
 
-    def close_page(self, connection):
+    def close_page(self, connection: object) -> None:
         self.streams.pop(connection, None)

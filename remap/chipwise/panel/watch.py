@@ -17,6 +17,10 @@ import os
 import threading
 import time
 from collections import deque
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import numpy.typing as npt
 
 from chipwise.host.clock import patience
 from chipwise.errors import unnamed
@@ -24,11 +28,14 @@ from chipwise.panel.look_ahead import Ahead
 from chipwise.panel.alarms import Alarms
 from chipwise.panel.display import LIMITS, MODES, STOCK, SUMS, Run, is_assumed, shown
 from chipwise.panel.limits import loads, power
+from chipwise.panel import Json
 from chipwise.panel.load_log import LoadLog
+from chipwise.panel.machine import Machine, Pins, Task, Tip
 from chipwise.panel.tiles import Tiles
 from chipwise.panel.tool_log import OVER
-from chipwise.stock.shared import SharedStockError
+from chipwise.stock.shared import SharedStock, SharedStockError
 
+Points = npt.NDArray[np.float64]  # (n, 3) mm, machine coordinates
 LOOK_S = 0.1
 HISTORY_S = 60.0
 ALIVE_S = 1.0  # between two looks whether LinuxCNC still runs
@@ -63,7 +70,7 @@ PATH_POINTS = 10000  # of the path done
 PATH_STEP_MM = 0.2  # between two of them that were seen at looks
 
 
-def figures(run):
+def figures(run: Run | None) -> Json | None:
     """Peak, mean, time and time saved of a run of a program (panel/display.py: Run); mm3/min and s, None: not known."""
     if run is None:
         return None
@@ -76,7 +83,7 @@ def figures(run):
     }
 
 
-def background(pins, task, alarms):
+def background(pins: Pins, task: Task | None, alarms: Alarms) -> str:
     """The state at a glance: off, alarm, over (the target), limited (slower than F), cutting or calm."""
     if any(entry["active"] for entry in alarms.entries):
         return "alarm"
@@ -93,16 +100,16 @@ def background(pins, task, alarms):
 class PathDone:
     """Where the tip was; the path of the running program, or of the last one."""
 
-    def __init__(self):
-        self.points = deque(maxlen=PATH_POINTS)
+    def __init__(self) -> None:
+        self.points: deque[tuple[float, ...]] = deque(maxlen=PATH_POINTS)
         self.count = 0  # points that were ever added
         self.epoch = 0  # counts programs
 
-    def begin(self):
+    def begin(self) -> None:
         self.points.clear()
         self.epoch += 1
 
-    def add(self, points, step=0.0):
+    def add(self, points: Iterable[Sequence[float]], step: float = 0.0) -> None:
         """Points of the path, as far as each is `step` mm from the one before."""
         for point in points:
             if not self.points or max(abs(a - b) for a, b in zip(point, self.points[-1])) >= step:
@@ -113,27 +120,29 @@ class PathDone:
 class Watch:
     """The machine as the pages see it."""
 
-    def __init__(self, machine, log_path="", ahead=None):
+    def __init__(self, machine: Machine, log_path: str = "", ahead: Ahead | None = None) -> None:
         """log_path: file of the load log, "" for none; ahead: Ahead, None: no program is read."""
         self.machine, self.log = machine, LoadLog(log_path)
         self.tiles, self.alarms, self.path, self.ahead = Tiles(), Alarms(), PathDone(), ahead or Ahead("")
-        self.history = deque(maxlen=round(HISTORY_S / LOOK_S))
+        self.history: deque[tuple[object, ...]] = deque(maxlen=round(HISTORY_S / LOOK_S))
         self.published = threading.Condition()
         self.number = 0  # of the last look
         self.text = b"{}"
         self.pages = 0  # open ones (server.py)
         self.ended = False
-        self.stock = None
+        self.stock: SharedStock | None = None
         self.stock_error = ""
-        self.clamps = []  # in force: rows of stock/clamp_table.py
-        self.run = None
+        self.clamps: list[list[float]] = []  # in force: rows of stock/clamp_table.py
+        self.run: Run | None = None
         self.was_running, self.program = False, ""  # at the look before
         self.last = time.monotonic()
-        self._generation = self._shown = None  # of the map: at the last look, and of what tiles have
-        self._tip = self._kept = None  # at the look before: the tip, and how many points stock_tracker had kept
+        self._generation: int | None = None  # of the map, at the last look
+        self._shown: int | None = None  # of what tiles have
+        self._tip: Tip | None = None  # at the look before
+        self._kept: int | None = None  # how many points stock_tracker had kept then
         self._map_due = self._alive_due = self._removed = self._run_time = 0.0
 
-    def look(self):
+    def look(self) -> bool:
         """One look; -> whether LinuxCNC still runs."""
         if time.monotonic() >= self._alive_due:
             self._alive_due = time.monotonic() + patience(ALIVE_S)
@@ -180,45 +189,48 @@ class Watch:
             self.published.notify_all()
         return True
 
-    def runs_on(self, task):
+    def runs_on(self, task: Task | None) -> bool:
         """Whether a program runs, and none that has begun since the look before while another one ran."""
         running, before = bool(task and task["running"]), self.program
         self.program = task["program"] if task else ""
         return running and not (self.was_running and self.program != before)
 
-    def follow_run(self, dt, pins, task, running):
-        if running and not self.was_running:
+    def follow_run(self, dt: float, pins: Pins, task: Task | None, running: bool) -> None:
+        if task and running and not self.was_running:
             self.run = Run()
             self.log.begin(task["program"], time.time())
         elif self.was_running and not running:
             self.log.end()
         self.was_running = running
         passed = self.passed(dt, pins)
-        if running:
+        if running and self.run:
             self.run.look({name.replace("_", "-"): pins[name] for name in OF_RUN})
             self.log.look(passed, pins, time.time())
 
-    def kept_points(self):
+    def kept_points(self) -> Points | None:
         """Where the tip has been since the look before, (n, 3) mm, as stock_tracker has kept it; None where it keeps
         nothing that can be read."""
-        done = self.stock and self.stock.path_done()
+        done = self.stock.path_done() if self.stock else None
         if done is None:
             return None
         points, self._kept = done.since(done.count if self._kept is None else self._kept)
         return points
 
-    def follow_path(self, tip, kept, running):
+    def follow_path(self, tip: Tip, kept: Points | None, running: bool) -> None:
         """The path done from what stock_tracker has kept; where it keeps nothing, from the tips of the looks."""
         if running and not self.was_running:
             self.path.begin()
             self.path.add([self._tip] if kept is not None and self._tip else [])
         if running or self.was_running:
-            self.path.add([tip] if kept is None else kept, PATH_STEP_MM if kept is None else 0.0)
+            if kept is None:
+                self.path.add([tip], PATH_STEP_MM)
+            else:
+                self.path.add(kept)
         if self.was_running and not running and kept is not None:
             self.path.add([tip])
         self._tip = tip
 
-    def passed(self, dt, pins):
+    def passed(self, dt: float, pins: Pins) -> float:
         """s of the servo thread since the look before: a simulation that was late makes up for it, so what it has cut
         does not belong to dt, the time by the clock.  A machine whose thread counts none has dt."""
         before, self._run_time = self._run_time, shown(pins[RUN_SUMS[0]])
@@ -228,7 +240,7 @@ class Watch:
             self._run_time - before if self._run_time >= before else max(0.0, self._run_time)
         )  # another run has begun
 
-    def look_at_map(self, now, wanted):
+    def look_at_map(self, now: float, wanted: object) -> None:
         """Its generation, and if wanted and due, what has changed; a map that cannot be read is tried again.  Between
         programs it is wanted without pages too: it is what was before the next program."""
         if now < self._map_due and self.stock is None:
@@ -252,7 +264,7 @@ class Watch:
                 self.stock.close()
                 self.stock = None
 
-    def state(self, pins, task):
+    def state(self, pins: Pins, task: Task | None) -> Json:
         """What a page shows beside the stock; mm, mm/s, mm2, mm3/min."""
         mode, limit = int(pins["mode"]), int(pins["limited_by"])
         run = self.run
@@ -283,14 +295,14 @@ class Watch:
             "ahead": self.ahead.state(),
         }
 
-    def wait(self, number, seconds):
+    def wait(self, number: int, seconds: float) -> tuple[int, bytes]:
         """Wait for a look after `number`.  -> (its number, its text), the same number after so many seconds or at the
         end."""
         with self.published:
             self.published.wait_for(lambda: self.number != number or self.ended, seconds)
             return self.number, self.text
 
-    def path_since(self, epoch, count):
+    def path_since(self, epoch: int, count: int) -> Json:
         """Points of the path done that a page lacks which has `count` of them."""
         with self.published:
             points = list(self.path.points)
@@ -301,19 +313,19 @@ class Watch:
                 "points": points[len(points) - min(missing, len(points)) :],
             }
 
-    def recent(self):
+    def recent(self) -> list[tuple[object, ...]]:
         """The last HISTORY_S: rows of time (s), rate, target (mm3/min), override, loads(), predicted and measured power
         (W; None: not measured)."""
         with self.published:
             return list(self.history)
 
-    def end(self):
+    def end(self) -> None:
         """LinuxCNC has ended: so do the streams of the pages."""
         with self.published:
             self.ended = True
             self.published.notify_all()
 
-    def close(self):
+    def close(self) -> None:
         self.end()
         if self.was_running:
             self.was_running = False
