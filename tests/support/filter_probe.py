@@ -243,7 +243,8 @@ class Probe:
         if record["seconds"] is None:
             record["dialog"] = self.gui.dialog()
             path = self.status.file
-            loaded = path != record["path"] and os.path.basename(path) == os.path.basename(record["path"])
+            name = os.path.basename(record["path"])
+            loaded = path != record["path"] and os.path.basename(path) in (name, "filtered-" + name)  # AXIS of 2.10
             if record["dialog"] is None and not (loaded and self.gui.answers()):
                 assert now - self.started < PATIENCE_S, f"no answer: {record}"
                 return

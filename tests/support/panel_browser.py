@@ -325,7 +325,7 @@ def pressed_run(driver):
 
 
 def pressed_guard(driver, name):
-    """-> [what the guard's button shows, what the page says], when one of them has changed."""
+    """-> [what the guard's button shows, what the page says], when one of them has changed and the switch is done."""
     shown = (
         "[document.getElementById('guard-%s').textContent, document.getElementById('guard-answer').textContent]" % name
     )
@@ -338,6 +338,8 @@ def pressed_guard(driver, name):
     before = driver.execute_script("return " + shown)
     driver.find_element("id", "guard-" + name).click()
     wait(driver, f"{shown}.join() !== {json.dumps(','.join(before))}", "the guard")
+    # the pin may be seen before the answer has come, and until then nothing else can be changed
+    wait(driver, f"document.getElementById('guard-{name}').title !== 'Being switched'", "the answer about the guard")
     return driver.execute_script("return " + shown)
 
 

@@ -8,8 +8,6 @@ move is emitted, so one that cannot be done emits nothing.  Nothing here touches
 the task gets its turns (task_share.py), so that Stop works.
 """
 
-import os
-
 import emccanon
 from interpreter import INTERP_ERROR, INTERP_EXECUTE_FINISH, INTERP_OK
 
@@ -23,6 +21,7 @@ from chipwise.program import known_stock
 from chipwise.glue.ceiling import restore_programmed
 from chipwise.glue.state import State
 from chipwise.glue.task_share import TaskShare, hand_over
+from chipwise.program.program_file import opened_name
 
 NO_O_WORD = 0  # O_none of LinuxCNC's interp_internal.hh
 
@@ -192,7 +191,7 @@ def place(interp, kwargs):
         if level <= 1 and program_run.is_mdi():  # the number of the line that was read last
             return ""
         if level > 0 and interp.sub_context[0].filename not in ("", interp.filename):
-            return printable(f" (line {line} of {os.path.basename(interp.filename)})")
+            return printable(f" (line {line} of {opened_name(interp.filename)})")
         return f" (line {line})"
     except Exception:  # a name that is not UTF-8
         return f" (line {line})" if kwargs.get("n", 0) > 0 else ""

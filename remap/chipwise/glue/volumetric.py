@@ -6,8 +6,6 @@ Called by codes.py through session.run_steps, and by session.py before each code
 nothing is done.
 """
 
-import os
-
 import emccanon
 
 from chipwise.program import preview
@@ -22,6 +20,7 @@ from chipwise.rates import MAX_RATE, MM3_PER_CM3, MM3_PER_IN3
 from chipwise.settings import feed_is_remapped, load_settings, planner_limits_jerk
 from chipwise.clib import layout
 from chipwise.clib.layout import Fault, Register
+from chipwise.program.program_file import opened_name
 
 OFF, LIMIT, CONSTANT, WINDOW = map(int, layout.FeedMode)
 
@@ -225,7 +224,7 @@ def _say_what_is_in_force(loaded):
     if program_run.is_mdi():
         emccanon.MESSAGE("chipwise: M251 stays on until M252 or until a program starts")
         if loaded:
-            emccanon.MESSAGE(f"chipwise: {printable(os.path.basename(loaded[0]))} takes M251 into its next run, once")
+            emccanon.MESSAGE(f"chipwise: {printable(opened_name(loaded[0]))} takes M251 into its next run, once")
 
 
 def _begin_ceiling(state, ceiling):

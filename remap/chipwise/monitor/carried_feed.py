@@ -3,12 +3,12 @@
 to the operator.  Called by worker.py; chipwise_command decides with the mark, at the start of a program.
 """
 
-import os
 import zlib
 
 from chipwise.program import loaded
 from chipwise.host.files import printable
 from chipwise.monitor.known import LARGEST_S32
+from chipwise.program.program_file import opened_name
 
 
 def mark_of(program):
@@ -37,7 +37,7 @@ class CarriedFeed:
         if running and not self.was_running:
             self.line = line
         if carried and not self.was_carried:
-            self.text = f"{printable(os.path.basename(program))}: M251 of MDI is in force in this run, and ends with it"
+            self.text = f"{printable(opened_name(program))}: M251 of MDI is in force in this run, and ends with it"
         if self.is_due and not carried and not self.feed_is_remapped:
             self.text = "M251 of MDI has ended with the start of a program, so F is as programmed"
         self.is_due = running and not self.was_running and self.feed_of_mdi  # in the next look it is decided

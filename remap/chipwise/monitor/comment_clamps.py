@@ -12,7 +12,6 @@ by worker.py.
 """
 
 import contextlib
-import os
 
 from chipwise.clamps.clamp import Clamp
 from chipwise.monitor.answering import Answering
@@ -22,6 +21,7 @@ from chipwise.monitor.saying import Saying
 from chipwise.monitor.shadow import is_idle
 from chipwise.program import loaded
 from chipwise.program.clamp_places import has_word
+from chipwise.program.program_file import opened_name
 from chipwise.stock import reasons
 
 
@@ -67,7 +67,7 @@ class CommentClamps:
         self.reading.end()
 
     def _name(self):
-        return os.path.basename(self.loaded[0])
+        return opened_name(self.loaded[0])
 
     def _load(self, status):
         """Another program, content or work offset: what was before ends."""

@@ -14,6 +14,7 @@ import re
 import stat
 
 from chipwise.program.comments import REMARK
+from chipwise.program.program_file import opened_name
 
 READ_BYTES = 4_000_000  # a program sets its modes near its head; the monitor must not spend time on the rest
 
@@ -77,7 +78,7 @@ class LoadedProgram:
         if self.limits:
             self.limits.program(text)
         lines = _lines_in(text) if self.feed_is_remapped else {}
-        name = os.path.basename(path)
+        name = opened_name(path)
         if "G93" in lines:
             self.inform(
                 f"{name} uses G93 (line {lines['G93']}), which LinuxCNC ends at the tenth F while F is remapped; "

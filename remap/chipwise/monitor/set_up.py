@@ -18,7 +18,6 @@
 """
 
 import contextlib
-import os
 import time
 
 from chipwise.program import loaded
@@ -36,6 +35,7 @@ from chipwise.setup.job import path_of
 from chipwise.stock import reasons
 from chipwise.clib.core import CoreError, Stock
 from chipwise.clib.layout import RunEnd
+from chipwise.program.program_file import opened_name
 from chipwise.stock.store import head_of
 
 CALM_S = 0.3  # without a command: a screen that opens a program and runs it sends several
@@ -75,7 +75,7 @@ class SetUp:
             self._withdraw()
             if changed and self.pins["program-running"]:
                 self.saying.tell(
-                    f"{os.path.basename(program)} was changed while it ran, so its set-up has ended; set it up again"
+                    f"{opened_name(program)} was changed while it ran, so its set-up has ended; set it up again"
                 )
 
     def follow(self, linuxcnc, status, command):
@@ -164,7 +164,7 @@ class SetUp:
     # ---- what is said ----------------------------------------------------------------------------------------------
 
     def _name(self):
-        return os.path.basename(self.loaded[0])
+        return opened_name(self.loaded[0])
 
     def _tell_of_tool(self, number, text):
         if number not in self.said_tools:

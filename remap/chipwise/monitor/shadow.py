@@ -16,7 +16,6 @@
 
 import contextlib
 import math
-import os
 import time
 
 from chipwise.program import loaded
@@ -30,6 +29,7 @@ from chipwise.monitor.set_up_time import SetUpTime
 from chipwise.monitor.tool_shape import Tool
 from chipwise.stock import reasons
 from chipwise.clib.core import CoreError, Stock
+from chipwise.program.program_file import opened_name
 from chipwise.stock.store import head_of
 
 HELD_S = 1.0  # for the tracker's answer
@@ -146,7 +146,7 @@ class Shadow:
             self.asks_tool = self._tool_state(self.scene)
         if answer["why"] and not self._is_certain():
             self.saying.tell(
-                f"{os.path.basename(self.loaded[0])}: no stock is assumed: {answer['why']}; "
+                f"{opened_name(self.loaded[0])}: no stock is assumed: {answer['why']}; "
                 f"{answer.get('remedy') or NO_STOCK}"
             )
         if answer.get("low"):
@@ -162,7 +162,7 @@ class Shadow:
     def _write(self, answer, place, is_still):
         """Put the assumed stock into the map, unless it lies inside the one before.  is_still: whether nothing has
         begun meanwhile."""
-        name = os.path.basename(self.loaded[0])
+        name = opened_name(self.loaded[0])
         low, high, turn = to_machine(answer)
         self.tools, self.spindle = {int(number): tool for number, tool in answer["tools"].items()}, answer["spindle"]
         before = self.written if self.pins["stock-defined"] and self.written and self.written[0] == place else None
@@ -213,7 +213,7 @@ class Shadow:
         """That the loaded program goes on in the stock of the one before."""
         owner, self.owner = self.owner, self.loaded[:2]
         if owner != self.owner:
-            self.saying.tell(f"{name} goes on in the assumed stock of {os.path.basename(owner[0])}{how}; {NEW_PART}")
+            self.saying.tell(f"{name} goes on in the assumed stock of {opened_name(owner[0])}{how}; {NEW_PART}")
 
     def _give_up(self):
         """No stock in place of an assumed one of another work offset."""

@@ -30,6 +30,7 @@ from chipwise.monitor.live_stock import LiveStock
 from chipwise.monitor.open_mark import OpenMark
 from chipwise.stock import journal, reasons
 from chipwise.clib.layout import FileRequest
+from chipwise.program.program_file import opened_name
 
 HELD_TIMEOUT_S = (
     10.0  # for the tracker's answer, which comes in its next period: a busy computer may hold up either for seconds
@@ -48,7 +49,7 @@ def words_of(note, now):
     age = max(0.0, now - note.time)
     ago = f"{age:.0f} s" if age < 120 else f"{age / 60:.0f} min" if age < 7200 else f"{age / 3600:.0f} h"
     tip = ", tip X{:.3f} Y{:.3f} Z{:.3f} mm machine".format(*note.tip) if note.tip else ""
-    line = f", line {note.line} of {os.path.basename(note.program)[:40]}" if note.line > 0 and note.program else ""
+    line = f", line {note.line} of {opened_name(note.program)[:40]}" if note.line > 0 and note.program else ""
     return f"{ago} ago ({time.strftime('%Y-%m-%d %H:%M:%S', time.localtime(note.time))}{tip}{line})"
 
 

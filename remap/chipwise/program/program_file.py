@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """A program as a file: whether it can be one, and the errors of one that cannot be checked.
 
-Called by reader.py and filter/; imports nothing that takes time.
+Called by reader.py and filter/, for a name alone by monitor/, glue/, resume/, setup/job.py; imports nothing that takes
+time.
 """
 
 import codecs
@@ -17,6 +18,8 @@ LOOKED_AT = 1 << 16  # bytes of a program; a NUL among them means that it is not
 _PART = 1 << 20
 _ASCII = bytes(byte if byte < 128 else ord("?") for byte in range(256))
 
+# What AXIS of LinuxCNC 2.10 calls a filter's output (axis.py: open_file_guts); its folder is one of tempfile.mkdtemp()
+_FILTERED, _MADE_FOLDER = "filtered-", re.compile(r"tmp[a-z0-9_]{8}")
 TOOL, AXIS = "tool", "axis"  # what a machine may lack
 _NO_TOOL, _NO_AXIS = (
     re.compile(r"Requested tool (\d{1,9}) not found"),
@@ -28,6 +31,14 @@ _SUB = re.compile(
 
 # What is known of a program that cannot be checked (Unreadable.state)
 UNCHECKED, UNUSABLE, UNFINISHED, UNSAFE = "unchecked", "unusable", "unfinished", "unsafe"
+
+
+def opened_name(path):
+    """The name of a program as the operator knows it: of the file that was opened, not of the copy that runs."""
+    folder, name = os.path.split(path)
+    if name.startswith(_FILTERED) and _MADE_FOLDER.fullmatch(os.path.basename(folder)):
+        return name[len(_FILTERED) :]
+    return name
 
 
 class Unreadable(Exception):

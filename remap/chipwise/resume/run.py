@@ -14,7 +14,7 @@ from typing import Optional
 import numpy as np
 
 from chipwise.program import records
-from chipwise.program.program_file import MAX_BYTES
+from chipwise.program.program_file import MAX_BYTES, opened_name
 from chipwise.program.reader import Unreadable
 from chipwise.errors import CycleError, unnamed
 from chipwise.host.files import open_regular, read_bytes, remove_durable, write_durable
@@ -181,9 +181,9 @@ class Job:
             return note
         if goes_on_with(note.program) == plain_name(self.file):
             note = replace(note, line=0)
-        elif os.path.basename(note.program) != os.path.basename(self.file):
+        elif opened_name(note.program) != opened_name(self.file):
             raise Unreadable(
-                f"the kept stock is of another program, {os.path.basename(note.program)}",
+                f"the kept stock is of another program, {opened_name(note.program)}",
                 "name that one, or say where to go on with --line N",
             )
         if note.time and os.path.getmtime(self.file) > note.time + 1.0:

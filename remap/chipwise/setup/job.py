@@ -73,13 +73,14 @@ class Job:
 
 def path_of(program: str, folder: str = "") -> str:
     """Path of a program's job file.  folder: [CHIPWISE]JOBS, "": beside it."""
-    stem = os.path.splitext(os.path.abspath(program))[0]
-    return os.path.join(folder or os.path.dirname(stem), os.path.basename(stem) + ENDING)
+    path = os.path.abspath(program)
+    stem = os.path.splitext(program_file.opened_name(path))[0]
+    return os.path.join(folder or os.path.dirname(path), stem + ENDING)
 
 
 def name_of(program: str) -> str:
     """The name that the file of a program has in its job."""
-    return printable(os.path.basename(program))[:MAX_TEXT]
+    return printable(program_file.opened_name(program))[:MAX_TEXT]
 
 
 # ---- write -----------------------------------------------------------------------------------------------------------
