@@ -75,7 +75,7 @@ class Shadow:
         self.written = None  # (work offset, low, high) of the stock that is assumed
         self.owner = None  # (program, identity) that it was assumed for last
         self.asks_tool = None  # (tool, identity of the tool table) for which a tool was unknown
-        self.pressed = bool(component["new-part"])
+        self.pressed, self.main = bool(component["new-part"]), loaded.MainProgram()
         self.tools, self.spindle, self.tries = {}, None, 0
 
     def follow(self, linuxcnc, status):
@@ -83,7 +83,7 @@ class Shadow:
         if not self.is_on:
             return
         self.saying.speak(linuxcnc)
-        self.time.look(None if getattr(status, "call_level", 0) else status.file)  # in a sub it is the sub's
+        self.time.look(self.main.of(status, status.interp_state == linuxcnc.INTERP_IDLE))
         pressed, self.pressed = self.pins["new-part"] and not self.pressed, bool(self.pins["new-part"])
         if not is_idle(linuxcnc, status):
             if self.reading.child is not None or self.wanted is not None:

@@ -135,6 +135,7 @@ class Watch:
         self.clamps: list[list[float]] = []  # in force: rows of stock/clamp_table.py
         self.run: Run | None = None
         self.was_running, self.program = False, ""  # at the look before
+        self._is_fresh = False  # the stock was defined in the run under way
         self.last = time.monotonic()
         self._generation: int | None = None  # of the map, at the last look
         self._shown: int | None = None  # of what tiles have
@@ -155,15 +156,14 @@ class Watch:
         dt, self.last = now - self.last, now
         task = self.machine.task()
         running = self.runs_on(task)
-        if running and not self.was_running and self._shown == self._generation:
-            self.tiles.mark()
-        elif running and not self.was_running:  # nobody has seen the stock before the program
-            self.tiles.unmark()
+        busy = bool(task and task["running"])
+        self.mark_stock(running, busy)
         if self.was_running and not running:
             self._map_due = now  # the next program may begin soon
         self.look_at_map(now, self.pages or not running)
         if pins["removed"] < self._removed:  # another stock, perhaps of the same box
             self.tiles.unmark()
+            self._is_fresh = busy
         self._removed = pins["removed"]
         self.ahead.look(dt, self.machine.scene() if task else None, running, pins, self.pages > 0)
         with self.published:
@@ -188,6 +188,16 @@ class Watch:
             self.number += 1
             self.published.notify_all()
         return True
+
+    def mark_stock(self, running: bool, busy: bool) -> None:
+        """At the beginning of a run: its stock is what the page compares with.  LinuxCNC 2.10 names a program only when
+        its first move begins; by then the run has begun, and M250 may be behind it."""
+        self._is_fresh &= busy
+        if running and not self.was_running and not self._is_fresh:
+            if self._shown == self._generation:
+                self.tiles.mark()
+            else:  # nobody has seen the stock before the program
+                self.tiles.unmark()
 
     def runs_on(self, task: Task | None) -> bool:
         """Whether a program runs, and none that has begun since the look before while another one ran."""

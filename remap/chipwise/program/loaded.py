@@ -18,15 +18,21 @@ def identity(program, follow_links=True):
 
 class MainProgram:
     """Path of the program that is open.  LinuxCNC's status has the file of a sub instead, and that of the body of a
-    remapped code, while the interpreter is in it."""
+    remapped code, while the interpreter is in it.  While a program runs, LinuxCNC 2.10 has the file of the move that is
+    under way (emctask.cc: emcTaskUpdate), which is the program before until the first move begins."""
 
     def __init__(self):
         self.path = ""
+        self.before = None  # the program before, until the status has had `path` while it ran
 
     def of(self, status, idle):
         """From a linuxcnc.stat; idle: whether the interpreter is."""
-        if not self.path or idle or not getattr(status, "call_level", 0):
-            self.path = status.file
+        if not idle and status.file == self.path:
+            self.before = None
+        if idle or status.file != self.before:
+            if not self.path or idle or not getattr(status, "call_level", 0):
+                if status.file != self.path:
+                    self.path, self.before = status.file, self.path if idle else None
         return self.path
 
 
