@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import linuxcnc
 import pytest
 
-from chipwise.headless.session import Session
+from chipwise.headless.session import WAITED, Session
 
 
 @pytest.mark.parametrize("execution, names_timeout", [(linuxcnc.EXEC_ERROR, True), (linuxcnc.EXEC_DONE, False)])
@@ -23,3 +23,23 @@ def test_an_error_state_without_a_message_has_a_cause_and_a_remedy(execution, na
     session.status.current_line = 300
     session.note_failure("left with an interpreter error")
     assert session.failure == first
+
+
+def test_a_traverse_that_has_waited_is_no_error_of_the_run():
+    """A busy computer: the guard's component says so by an error, and the program goes on by itself."""
+    said = [
+        (linuxcnc.NML_ERROR, f"{WAITED}8 yet; it goes on by itself, after some seconds without a guard\n"),
+        (linuxcnc.OPERATOR_ERROR, "chipwise: rapid stopped\n"),
+        (linuxcnc.OPERATOR_TEXT, "chipwise: it runs"),
+        None,
+    ]
+    session = Session.__new__(Session)
+    session.errors, session.messages, session.notes = [], [], []
+    session.channel = SimpleNamespace(poll=lambda: said.pop(0))
+    session.collect_messages()
+    assert session.errors == ["chipwise: rapid stopped"] and session.messages == ["chipwise: it runs"]
+    assert len(session.notes) == 1 and WAITED in session.notes[0]
+
+
+def test_it_is_what_the_guard_says(root):
+    assert f'"{WAITED}' in (root / "components/chipwise_guard.comp").read_text()

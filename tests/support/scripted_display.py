@@ -19,7 +19,8 @@
     ["run_until", axis, value]      run until the axis is past the value (machine units, rising)
     ["abort"]
     ["errors"]                      answer: the operator errors since the last time
-    ["errors", text]                the same, but waits for one that contains the text
+    ["errors", text]                the same, but waits for one that contains the text; with what is said of a busy
+    computer (session.py: WAITED)
     ["kill_monitor"]
     ["kill_worker"]                 only the process of chipwise-monitor that does the work
     ["signal_monitor", "STOP" or "CONT"]    to its processes, at once
@@ -204,8 +205,10 @@ class Operator(ProgramSteps, ProcessSteps):
         return [self.errors(), path]
 
     def errors(self, text=None, settle_s=SETTLED_S):
-        self.hear(lambda: self.machine.errors, text, settle_s)
-        found, self.machine.errors = self.machine.errors, []
+        machine = self.machine
+        self.hear(lambda: machine.notes + machine.errors, text, settle_s)
+        found = (machine.notes if text else []) + machine.errors
+        machine.errors, machine.notes = [], []
         return found
 
     def messages(self, text=None):

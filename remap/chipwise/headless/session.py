@@ -24,6 +24,9 @@ IDLE_POLLS = 20  # the interpreter is idle when it was this many times
 GUARD_S = 0.2  # a guard's stop that lasts as long is one
 GUARD_WORDS_S = 10.0 * SPEED  # for its message to come
 GUARD_WORDS = "stopped"  # in that message (monitor/messages.py: guard_text)
+# What the guard says of a busy computer (chipwise_guard.comp): an error, as the realtime side has nothing else,
+# although the program goes on by itself.
+WAITED = "chipwise: a traverse waits because chipwise-monitor has not described tool "
 INTERP_ERROR = 5  # interp_return.hh; not among the module's constants
 
 
@@ -74,6 +77,7 @@ class Session:
         self.channel = linuxcnc.error_channel()
         self.errors = []
         self.messages = []
+        self.notes = []
         self.failure = ""  # why the program does not count as finished: the task's error state
         self.guard = Guard()
 
@@ -115,8 +119,9 @@ class Session:
             if not message:
                 return
             kind, text = message
-            serious = kind in (linuxcnc.NML_ERROR, linuxcnc.OPERATOR_ERROR)
-            (self.errors if serious else self.messages).append(text.strip())
+            serious, text = kind in (linuxcnc.NML_ERROR, linuxcnc.OPERATOR_ERROR), text.strip()
+            waited = text.startswith(WAITED)
+            (self.notes if waited else self.errors if serious else self.messages).append(text)
 
     def wait(self, what, reached, timeout=STEP_TIMEOUT_S):
         """Poll until reached(status); what names it for the error text."""
