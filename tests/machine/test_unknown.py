@@ -103,8 +103,7 @@ TARGETS = "volumetric-feed.0.mode", "volumetric-feed.0.mrr-target", "volumetric-
         ["start", ALONE],
         ["until", VOLUME, ">", 200],
         ["until", BY, ">", 5.5],
-        ["over", 0.5, VELOCITY, BY],
-        ["pins", *TARGETS],
+        ["over", 0.5, VELOCITY, BY, *TARGETS],
         ["until", X, ">", 45],
         ["until", VELOCITY, ">", 0.99 * ALONE_F],
         ["over", 0.5, VELOCITY, BY],
@@ -115,9 +114,9 @@ TARGETS = "volumetric-feed.0.mode", "volumetric-feed.0.mrr-target", "volumetric-
 def test_without_a_rate(answers):
     """M251 P2 without Q: the chip is kept, and beside it the tool's own rate counts; F as soon as the
     spindle stands."""
-    _start, _met, by, (velocity, limit), pins, _on, _fast, (standing, fallback), errors, last = answers
+    _start, _met, by, (velocity, limit, *targets), _on, _fast, (standing, fallback), errors, last = answers
     assert by == 6 and limit == [6, 6] and velocity == [pytest.approx(CHIP_VEL, rel=0.02)] * 2
-    assert values(pins) == [2.0, 0.0, 12000.0]
+    assert targets == [[2, 2], [0, 0], [12000, 12000]]
     assert fallback == [5, 5] and standing == [pytest.approx(ALONE_F, rel=0.001)] * 2
     assert not errors and values(last) == [pytest.approx(WHOLE, rel=0.003)]
 
