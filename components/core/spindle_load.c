@@ -31,7 +31,7 @@ static int good_sample(const struct chip_load_in *in)
 /* [2] The sample of this period, or the last good one; smoothed. */
 static void sense(struct chip_spindle_load *load, const struct chip_load_in *in, double dt)
 {
-    double most = CHIP_LOAD_SPIKE * chip_max(load->medium_w, load->slow_w);
+    double most = CHIP_LOAD_SPIKE * chip_max(chip_max(load->medium_w, load->slow_w), load->idle_w);
     int good = good_sample(in);
     CHIP_FAULT(BAD_SAMPLE_TAKEN, good = 1);
     load->bad_left_s = good ? chip_max(0.0, load->bad_left_s - dt) : CHIP_LOAD_REGAIN_S;
@@ -118,7 +118,7 @@ static void follow_speed(struct chip_spindle_load *load, const struct chip_load_
     load->steady_s = speed > 0.0 ? chip_min(load->steady_s + dt, CHIP_LOAD_LONG_S) : 0.0;
     if (!in->feeds || load->has_fed || !(speed > 0.0)) return;
     load->has_fed = 1;
-    load->still_s = 0.0; /* it may just have come to its speed */
+    load->still_s = load->air_s = 0.0; /* it may just have come to its speed */
 }
 
 /* [3] Reads the idle power in air. */

@@ -7,7 +7,8 @@
  * Principle (spindle_load.c, except [5] spindle_teach.c, [7]..[11] spindle_alarm.c):
  *  1. Nothing is measured until the pin has shown a load above 0: an input that is not connected changes nothing.
  *  2. A sample that is not finite, negative or impossible is left out, and for CHIP_LOAD_REGAIN_S after it nothing is trusted. A spike
- *     counts as CHIP_LOAD_SPIKE times the load of the moment at most. A sample that is the same for CHIP_LOAD_FROZEN_S is of a frozen sensor.
+ *     counts as CHIP_LOAD_SPIKE times the load of the moment at most, or that many times the idle power: after a rest of the spindle the load
+ *     of the moment is next to nothing. A sample that is the same for CHIP_LOAD_FROZEN_S is of a frozen sensor.
  *  3. What a turning spindle takes without a cut depends on its speed. It is read in air, when the load has come to rest, and kept for
  *     CHIP_LOAD_SPEEDS speeds; between two of them it lies on the line. Before the first feed at a speed LinuxCNC may not have waited for the
  *     spindle, and nothing is read. It follows slowly, so that a load in air is not learnt as idle; one that is lower at rest takes its place.

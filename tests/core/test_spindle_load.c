@@ -177,6 +177,23 @@ static void a_spindle_that_stands(void)
     CHECK(!run.judge.is_trusted);
 }
 
+/* After two minutes at rest it turns and cuts again: its load is there at once. */
+static void a_spindle_that_has_stood(void)
+{
+    int i;
+    for (i = 0; i < RUNS; i++) {
+        double speed_rps;
+        to_cut(570u + (unsigned)i, 2.0);
+        speed_rps = run.speed_rps;
+        run.speed_rps = 0.0;
+        CHECK(alarm_in(120.0) == 0);
+        while (run.cutting) run_step(&run, 0);
+        run.speed_rps = speed_rps;
+        run.shown.is_at_speed = 0; /* no feed before */
+        CHECK(alarm_in(30.0) == 0);
+    }
+}
+
 /* Hostile numbers on every input: finite, in bounds, and well again with sound ones. */
 static void hostile_numbers(void)
 {
@@ -214,6 +231,7 @@ int main(void)
     no_sensor();
     bad_sensors();
     a_spindle_that_stands();
+    a_spindle_that_has_stood();
     hostile_numbers();
     return report();
 }
