@@ -314,7 +314,7 @@ SCENE = """
 import ctypes, mmap, os, signal, sys, time
 sys.path.insert(0, {remap!r})
 from chipwise.monitor import supervisor
-supervisor.PAUSE_S, supervisor.LOOK_S, supervisor.HUNG_S = 0.05, 0.05, 1.0
+supervisor.PAUSE_S, supervisor.LOOK_S, supervisor.HUNG_S = 0.05, 0.05, 2.0
 beats = mmap.mmap(-1, 8)
 def work(reason):
     print('work', os.getpid(), reason or 'first', flush=True)
@@ -388,7 +388,7 @@ def test_stopped_and_going_on_is_no_end(scene, who):
     for name in (signal.SIGSTOP, signal.SIGCONT):
         for number in stopped:
             os.kill(number, name)
-        time.sleep(2.0)
+        time.sleep(3.0)
     assert one.process.poll() is None
     one.process.terminate()
     rest = one.process.communicate(timeout=300)[0].split()

@@ -25,7 +25,7 @@ TICK_S = 0.05
 _alive = []  # what the GUI would forget
 READY_S, READY_TICKS = 3.0, 40  # of the GUI's loop before the first file
 KILL_AFTER_S = 1.0
-PATIENCE_S = 90.0  # for the answer, and for the message
+PATIENCE_S = 300.0  # for the answer, and for the message
 
 
 class Axis:

@@ -13,7 +13,7 @@ import subprocess
 from support import samples, surface_cases
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-TIMEOUT_S = 500
+TIMEOUT_S = 1500
 LIMIT_S = 20  # [CHIPWISE]FILTER_TIME
 
 HEAD = "G21 G90 G17 G40 G49 G80 G94\nM250 P0 Q0 R-20 I100 J60 K20\nT1 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-4\n"

@@ -24,7 +24,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 from chipwise.host.halcmd import attempt  # noqa: E402
 from chipwise.headless import session  # noqa: E402
 
-START_S, HOME_S, RUN_S = 150.0, 150.0, 150.0  # real time; a machine under load is slow
+START_S = HOME_S = RUN_S = PATIENCE_S = 300.0  # real time; a machine under load is slow
 SETTLE_S = 6.0  # without change in HAL: the screen's own HAL files have run
 ENDED = "Shutting down and cleaning up LinuxCNC"
 
@@ -125,7 +125,7 @@ class Sample:
 
     def home(self):
         command = self.command
-        self.wait("switching on", self.switched_on, 60)
+        self.wait("switching on", self.switched_on, PATIENCE_S)
         command.mode(linuxcnc.MODE_MANUAL)
         command.wait_complete()
         command.teleop_enable(0)
@@ -151,10 +151,10 @@ class Sample:
         return True
 
     def mdi(self, line):
-        self.wait("MDI", lambda: self.in_mode(linuxcnc.MODE_MDI), 60)
+        self.wait("MDI", lambda: self.in_mode(linuxcnc.MODE_MDI), PATIENCE_S)
         self.command.mdi(line)
         self.command.wait_complete(20)
-        self.wait(line, self.idle, 60)
+        self.wait(line, self.idle, PATIENCE_S)
 
     def begun(self, program):
         """One try to start it: a screen that opens its own program just now takes the task's mode and file."""
@@ -179,9 +179,9 @@ class Sample:
     def run(self, program, watch):
         """-> what the pins `watch` are while the tool cuts."""
         seen = {}
-        self.wait("the start of the program", lambda: self.begun(program), 60)
+        self.wait("the start of the program", lambda: self.begun(program), PATIENCE_S)
         if watch:
-            self.wait("the first chip", lambda: float(halcmd("getp", "stock-tracker.0.mrr") or 0) > 0, 60)
+            self.wait("the first chip", lambda: float(halcmd("getp", "stock-tracker.0.mrr") or 0) > 0, PATIENCE_S)
             time.sleep(0.4)
             seen = {pin: halcmd("getp", pin).strip() for pin in watch}
         self.wait("the program", self.idle, RUN_S)

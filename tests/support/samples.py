@@ -19,7 +19,7 @@ from support import ROOT
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 STOCK = "/usr/share/doc/linuxcnc/examples/sample-configs"
-TIMEOUT_S = 540
+TIMEOUT_S = 1500
 SANDBOX = os.path.join(ROOT, "bin", "chipwise-sandbox")
 
 POSTGUI = "POSTGUI_HALFILE = /usr/local/share/chipwise/hal/chipwise.hal"

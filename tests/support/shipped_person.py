@@ -18,8 +18,8 @@ from chipwise.host import processes
 
 from support.shipped_machine import LOGS, TREE
 
-WAIT_S = 120.0  # real time; a machine under load is slow
-END_S = 30.0  # until nothing of LinuxCNC is left
+WAIT_S = 300.0  # real time; a machine under load is slow
+END_S = 120.0  # until nothing of LinuxCNC is left
 KEY = 0x43575354  # of the map
 
 
