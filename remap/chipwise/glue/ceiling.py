@@ -14,9 +14,15 @@ The ceiling is set only after the machine has got to the M251 and its mode was r
 realtime side F is never replaced.  One interpreter per process, so the state is the module's.
 """
 
+from __future__ import annotations
+
 import emccanon
+from typing import TYPE_CHECKING
 
 from chipwise.errors import MM_PER_INCH
+
+if TYPE_CHECKING:
+    from chipwise.program.interp import Interp
 
 _FEED_PER_MINUTE = 0
 
@@ -39,13 +45,13 @@ class Ceiling:
     waiting: (value, output) of an M251 that run from line has read over, for begin() at the first code behind that
     line."""
 
-    value = None
-    output = None
-    programmed = None
-    waiting = None
+    value: float | None = None
+    output: int = 0
+    programmed: float | None = None
+    waiting: tuple[float, int] | None = None
 
 
-def forget(interp):
+def forget(interp: Interp) -> bool:
     """F is the machine's feed again as far as the interpreter goes; -> whether there was a ceiling."""
     restore_programmed(interp)
     was = Ceiling.value is not None or Ceiling.waiting is not None
@@ -55,7 +61,7 @@ def forget(interp):
     return was
 
 
-def begin(interp, value, output):
+def begin(interp: Interp, value: float | None, output: int) -> None:
     """From here on the ceiling `value` (mm/min) takes the place of F; the machine stands.
 
     The first programmed feed goes out at once, too: what waits for the next move is lost in an abort, and without any
@@ -67,14 +73,14 @@ def begin(interp, value, output):
     set_canon_feed(interp, interp.feed_rate)
 
 
-def end(interp):
+def end(interp: Interp) -> None:
     """F is the machine's feed again."""
     Ceiling.value = None
     set_canon_feed(interp, interp.feed_rate)
     emccanon.SET_AUX_OUTPUT_VALUE(Ceiling.output, 0.0)
 
 
-def restore_programmed(interp):
+def restore_programmed(interp: Interp) -> None:
     """Give the interpreter the program's F back where it has taken the ceiling for it."""
     if Ceiling.value is None or Ceiling.programmed is None or interp.feed_mode != _FEED_PER_MINUTE:
         return
@@ -83,22 +89,23 @@ def restore_programmed(interp):
         interp.feed_rate = Ceiling.programmed / _unit_mm(interp)
 
 
-def _replaced(programmed):
+def _replaced(programmed: float) -> float:
     """The ceiling for a programmed feed, mm/min."""
-    return Ceiling.value * programmed if isinstance(Ceiling.value, Times) else max(programmed, Ceiling.value)
+    value = Ceiling.value or 0.0
+    return value * programmed if isinstance(value, Times) else max(programmed, value)
 
 
-def _unit_mm(interp):
+def _unit_mm(interp: Interp) -> float:
     """mm of a program unit."""
     return MM_PER_INCH if interp.length_units == emccanon.CANON_UNITS.CANON_UNITS_INCHES else 1.0
 
 
-def _as_output(programmed):
+def _as_output(programmed: float | None) -> float:
     """mm/min or None -> machine units/s for volumetric-feed.0.programmed-vel."""
     return (programmed or 0.0) / 60.0 * emccanon.GET_EXTERNAL_LENGTH_UNITS()
 
 
-def set_canon_feed(interp, feed):
+def set_canon_feed(interp: Interp, feed: float) -> None:
     """Make `feed` (program units/min, or /rev under G95) the machine's feed, or the ceiling in its place."""
     if Ceiling.value is None:
         emccanon.enqueue_SET_FEED_RATE(feed)

@@ -6,8 +6,11 @@ Called by codes.py through session.run_steps, by session.begin and by state.py. 
 set-up is used: LinuxCNC's task must not load it for every machine.
 """
 
+from __future__ import annotations
+
 import math
 import os
+from typing import TYPE_CHECKING
 
 import emccanon
 
@@ -19,6 +22,10 @@ from chipwise.program import preview
 from chipwise.errors import CycleError
 from chipwise.clib.layout import Register
 
+if TYPE_CHECKING:
+    from chipwise.glue.state import State
+    from chipwise.program.interp import Interp, Waits
+
 MOST = 999
 SET_UP = "_chipwise>clamps"  # no program can write it: to LinuxCNC's parser a name ends at ">"
 SINCE = "_chipwise>clamps_since"  # line of the M256
@@ -27,7 +34,7 @@ SYSTEMS, EACH = 9, 20
 TURN = 9  # of a system
 
 
-def put_on(state):
+def put_on(state: State) -> Waits:
     """M256."""
     state.check_words("p")
     number = state.number("p")
@@ -60,7 +67,7 @@ def put_on(state):
     )
 
 
-def asked(state):
+def asked(state: State) -> ClampsAsked | None:
     """The ClampsAsked of a cycle: the planner finds the clamps of M256, of the program's comments and of its set-up.
     In MDI, and in the sub of a pattern, only those of M256; None without a program."""
     interp, settings = state.interp, state.settings
@@ -90,19 +97,19 @@ def asked(state):
     )
 
 
-def _now(state):
+def _now(state: State) -> tuple[str, int, tuple[float, tuple[float, float, float], tuple[float, float, float]]]:
     """Units, number of the coordinate system and its frame."""
     interp, unit = state.interp, state.unit_mm
     offset = interp.origin_offset_x * unit, interp.origin_offset_y * unit, interp.origin_offset_z * unit
     return state.unit, int(interp.params[CURRENT]), (math.radians(interp.rotation_xy), offset, _g92(state))
 
 
-def _g92(state):
+def _g92(state: State) -> tuple[float, float, float]:
     interp, unit = state.interp, state.unit_mm
-    return tuple(value * unit for value in (interp.axis_offset_x, interp.axis_offset_y, interp.axis_offset_z))
+    return interp.axis_offset_x * unit, interp.axis_offset_y * unit, interp.axis_offset_z * unit
 
 
-def _systems(state):
+def _systems(state: State) -> tuple[tuple[float, tuple[float, ...], tuple[float, float, float]], ...]:
     """The frames of LinuxCNC's table, which has machine units."""
     params, g92 = state.interp.params, _g92(state)
     unit = 1.0 / emccanon.GET_EXTERNAL_LENGTH_UNITS()
@@ -112,7 +119,7 @@ def _systems(state):
     )
 
 
-def forget(interp):
+def forget(interp: Interp) -> None:
     """No set-up is in force."""
     for name in (SET_UP, SINCE):
         if name in interp.params.globals():

@@ -14,18 +14,24 @@ would enter the waiting remap once more and crash (interpmodule.cc, wrap_interp_
 the call state of the waiting remap in place, wrap_interp_execute_1 does not).
 """
 
+from __future__ import annotations
+
 import emccanon
+from typing import TYPE_CHECKING
 
 from chipwise.glue.ceiling import set_canon_feed
 from chipwise.glue.path_mode import PathMode
 from chipwise.gcode_lines import path_text
 from chipwise.pattern import mirroring
 
+if TYPE_CHECKING:
+    from chipwise.program.interp import Interp
+
 _ABSOLUTE = 0  # interp_internal.hh: DISTANCE_MODE
 _PER_REV = 2  # interp_internal.hh: FEED_MODE
 
 
-def set_feed(interp, feed):
+def set_feed(interp: Interp, feed: float) -> None:
     """Make `feed` (program units per minute, or per revolution under G95) the active feed.
 
     What Interp::convert_feed_rate does for an F word, without the word: the interpreter's value, then the canonical
@@ -35,7 +41,7 @@ def set_feed(interp, feed):
     set_canon_feed(interp, feed)
 
 
-def _modes(interp, lathe):
+def _modes(interp: Interp, lathe: bool) -> tuple[str, str]:
     """(line that forces what the lines of a cycle need, line that puts back what was in force)."""
     turned, diameter = interp.plane == emccanon.CANON_PLANE.CANON_PLANE_XZ, interp.params["_lathe_diameter_mode"]
     plane = " G18" if lathe else " G17" if turned else ""
@@ -46,7 +52,7 @@ def _modes(interp, lathe):
     return f"G90 G91.1{plane}{' G8' if diameter else ''}", before
 
 
-def emit(interp, line_number, chunk, lathe=False):
+def emit(interp: Interp, line_number: int, chunk: tuple, lathe: bool = False) -> None:
     """Execute a chunk of lines.chunks(), rows with a line number of their own under that; modes, feed and line number
     are afterwards what they were, also after an error.
 

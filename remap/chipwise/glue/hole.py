@@ -1,17 +1,25 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """G12 / G13: words -> the fields of a HoleRequest.  Called by codes.py through session.run_cycle."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Callable
+
 from chipwise.pattern import mirroring
+
+if TYPE_CHECKING:
+    from chipwise.glue.state import State
+    from chipwise.order import Order
 
 WORDS = "xyzrijkqeh"
 
 
-def order_of(ccw):
+def order_of(ccw: bool) -> Callable[[State], Order]:
     """The order of G12 (ccw False) or G13 (ccw True) for session.run_cycle: State -> Order."""
     return lambda state: state.order("hole", _fields(state, ccw != mirroring.mirrored))
 
 
-def _fields(state, ccw):
+def _fields(state: State, ccw: bool) -> dict[str, object]:
     """Words of the line -> fields of a HoleRequest (mm)."""
     state.check_words(WORDS)
     diameter = state.tool_diameter()

@@ -8,23 +8,30 @@ The requests are kept here under a number that is kept in the interpreter, becau
 module stays loaded.  No program can write the parameter: to LinuxCNC's parser a name ends at ">".
 """
 
+from __future__ import annotations
+
 import itertools
+from typing import TYPE_CHECKING, Mapping
+
+if TYPE_CHECKING:
+    from chipwise.program.interp import Interp
 
 NAME = "_chipwise>surface_cuts"
 MOST_RUNS, MOST_LINES = 8, 50  # that are kept; of more lines the first ones are forgotten
 
 _numbers = itertools.count(1)
-_kept: dict = {}  # number of a run: [(frame, fields)]
+Place = tuple[tuple[float, float, float], float]  # of zero in machine coordinates, and their rotation
+_kept: dict[int, list[tuple[Place, dict[str, object]]]] = {}  # number of a run: [(frame, fields)]
 
 
-def forget(interp):
+def forget(interp: Interp) -> None:
     """The stock is another one."""
     if NAME in interp.params.globals():
         _kept.pop(int(interp.params[NAME]), None)
         del interp.sub_context[0].named_params[NAME]
 
 
-def before(interp, frame, fields):
+def before(interp: Interp, frame: Place, fields: Mapping[str, object]) -> tuple[tuple, ...]:
     """The requests before, each as a tuple of pairs: those with the same model at the same place of the machine.
 
     frame   where the work coordinates are: anything that can be compared
@@ -38,7 +45,7 @@ def before(interp, frame, fields):
     return tuple(tuple(known.items()) for _where, known in same)
 
 
-def add(interp, frame, fields):
+def add(interp: Interp, frame: Place, fields: Mapping[str, object]) -> None:
     """A request whose cuts the lines after it will find done."""
     lines = _lines(interp)
     lines.append((frame, dict(fields)))
@@ -51,5 +58,5 @@ def add(interp, frame, fields):
             del _kept[old]
 
 
-def _lines(interp):
+def _lines(interp: Interp) -> list[tuple[Place, dict[str, object]]]:
     return _kept.get(int(interp.params[NAME]), []) if NAME in interp.params.globals() else []

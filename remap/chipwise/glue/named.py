@@ -12,9 +12,15 @@ The mark is the bit "unset" of the parameter, which LinuxCNC clears when it stor
 Read in LinuxCNC 2.9.0~pre1, 2.9.4 and 2.10: interp_namedparams.cc, pyinterp1.cc, pyparamclass.cc.
 """
 
+from __future__ import annotations
+
 import re
+from typing import TYPE_CHECKING, Callable
 
 from chipwise.errors import CycleError
+
+if TYPE_CHECKING:
+    from chipwise.program.interp import Interp
 
 PREFIX = "_chipwise_"
 KNOWN = (
@@ -33,22 +39,22 @@ KNOWN = (
 _UNSET = 4  # interp_internal.hh: PA_UNSET
 
 
-def global_names(interp):
+def global_names(interp: Interp) -> list[str]:
     """Names of the global named parameters.  LinuxCNC lists the local ones of the main program with them."""
     return [name for name in interp.params.globals() if name.startswith("_")]
 
 
-def chipwise_names(interp):
+def chipwise_names(interp: Interp) -> list[str]:
     """Those with our prefix; LinuxCNC makes no difference between capital and small letters."""
     return [name for name in global_names(interp) if name.lower().startswith(PREFIX)]
 
 
-def value(interp, name):
+def value(interp: Interp, name: str) -> float | None:
     """A parameter of ours, None where the program has not set it."""
     return interp.params[name] if name in (known.lower() for known in chipwise_names(interp)) else None
 
 
-def check_known(interp):
+def check_known(interp: Interp) -> None:
     """Raise CycleError for an unknown name with our prefix: a typing error would count as not set."""
     unknown = sorted(name for name in chipwise_names(interp) if name.lower() not in KNOWN)
     if unknown:
@@ -63,7 +69,7 @@ def check_known(interp):
 # ---- what was set before ----------------------------------------------------------------------------------------
 
 
-def mark(interp):
+def mark(interp: Interp) -> None:
     """Everything that is set now has been seen."""
     names = chipwise_names(interp)
     if names:
@@ -72,7 +78,7 @@ def mark(interp):
             parameters[name].attr |= _UNSET
 
 
-def forget(interp, was_set):
+def forget(interp: Interp, was_set: Callable[[str], bool]) -> None:
     """Take out what was set before; was_set(name): whether an unmarked one has been set since."""
     parameters = interp.sub_context[0].named_params
     for name in chipwise_names(interp):
@@ -85,9 +91,11 @@ _ASSIGNED = re.compile(r"#<(_chipwise_[^>]*)>=")
 _O_WORD = re.compile(r"^/?(?:n\d+(?:\.\d+)?)?(?:o(\d+|<[^>]*>)(sub|endsub|call)|m98p(\d+))")
 
 
-def assigned_in(text, line):
+def assigned_in(text: str, line: int) -> tuple[set[str], set[str]]:
     """(names of ours, subs called) in a program's text: assigned up to a line of it, or in a sub wherever it stands."""
-    names, called, inside = set(), set(), False
+    names: set[str] = set()
+    called: set[str] = set()
+    inside = False
     for number, raw in enumerate(text.split("\n"), 1):
         lower = raw.lower()
         if "o" not in lower and PREFIX not in lower and "m98" not in lower:

@@ -12,13 +12,19 @@ inside of ours may have left, before the first code of ours or F word of another
 forgotten, only where the program has a code of ours or a set-up.  Any other program runs as without chipwise (SHADOW).
 """
 
+from __future__ import annotations
+
 import emccanon
+from typing import TYPE_CHECKING
 
 from chipwise.errors import MM_PER_INCH
 from chipwise.gcode_lines import path_text
 from chipwise.glue import program_run
 from chipwise.moves import CALLERS_PATH, PATH
 from chipwise.pattern import mirroring
+
+if TYPE_CHECKING:
+    from chipwise.program.interp import Interp
 
 _CODES = {610: 61, 611: 61.1, 640: 64}  # by the interpreter's active G-code, which the preview has, too
 
@@ -30,7 +36,7 @@ class _Renewal:
     inside = left = due = False
 
 
-def renew(interp, another, ours):
+def renew(interp: Interp, another: bool, ours: bool) -> None:
     """In the task: the mode that interpreter and canon have, for motion, where another context begins.  What is queued
     before the line that the run starts from is lost, so until that line is known to be behind it is sent again.
     another: whether the context begins; ours: whether it has a code of ours or a set-up."""
@@ -49,15 +55,16 @@ def renew(interp, another, ours):
 class PathMode:
     """What the path mode is before the first line of a chunk, and whether a line has changed it."""
 
-    def __init__(self, interp):
-        self._interp, self._callers, self._changed = interp, None, False
+    def __init__(self, interp: Interp) -> None:
+        self._interp, self._changed = interp, False
+        self._callers: tuple[str, ...] = ()
 
-    def execute(self, line):
+    def execute(self, line: str) -> None:
         """Execute a line of lines.chunks()."""
         if not line.startswith(PATH):
             self._interp.execute(line)
             return
-        if self._callers is None:
+        if not self._callers:
             self._callers = _callers(self._interp)
         self._changed = line != CALLERS_PATH
         _Renewal.inside = _Renewal.inside or self._changed and bool(self._interp.task)
@@ -66,22 +73,25 @@ class PathMode:
         else:
             self._put_back()
 
-    def end(self):
+    def end(self) -> None:
         """Put the mode back that was there before."""
         if self._changed:
             self._put_back()
             self._changed = False
 
-    def _put_back(self):
+    def _put_back(self) -> None:
         for text in self._callers:
             self._interp.execute(text)
 
 
-def _callers(interp):
+def _callers(interp: Interp) -> tuple[str, ...]:
     """Lines that make the path mode what it is now."""
     unit_mm = MM_PER_INCH if interp.length_units == emccanon.CANON_UNITS.CANON_UNITS_INCHES else 1.0
     if mirroring.path is not None:
-        return (f"{path_text(*mirroring.path, unit_mm)} (.)" if mirroring.path else f"({mirroring.CALLERS})",)
+        if not mirroring.path:
+            return (f"({mirroring.CALLERS})",)
+        code, tolerance, naive = mirroring.path
+        return (f"{path_text(code, tolerance, naive, unit_mm)} (.)",)
     code = next((_CODES[c] for c in interp.active_g_codes if c in _CODES), 64)
     if code == 64:
         return (
@@ -93,4 +103,5 @@ def _callers(interp):
             ),
         )
     # P and Q of the last G64, which the interpreter keeps and shows
-    return path_text(64, *list(interp.active_settings)[3:5], 1.0), path_text(code, None, None, 1.0)
+    tolerance, naive = list(interp.active_settings)[3:5]
+    return path_text(64, tolerance, naive, 1.0), path_text(code, None, None, 1.0)

@@ -2,8 +2,11 @@
 """G75: words -> the fields of a PatternRequest, and the PatternJob of its sub.  Called by codes.py through
 session.run_cycle."""
 
+from __future__ import annotations
+
 import os
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import emccanon
 
@@ -14,12 +17,17 @@ from chipwise.program import known_stock
 from chipwise.pattern import mirroring
 from chipwise.pattern.job import DEPTH, PatternJob
 
+if TYPE_CHECKING:
+    from chipwise.glue.state import State
+    from chipwise.order import Order
+    from chipwise.pattern.isometry import Isometry
+
 WORDS = "qxyzrhlijkp"
 
 _MODES = (0, 10, 20, 30)  # G0 to G3 as the interpreter's motion mode
 
 
-def check_modes(state):
+def check_modes(state: State) -> None:
     """Raise CycleError where a mode is active that G75 does not work in: on a machine without Y those of a lathe
     count."""
     if "Y" in state.axes():
@@ -30,7 +38,7 @@ def check_modes(state):
     state.check_common_modes()
 
 
-def order(state):
+def order(state: State) -> Order:
     """The order of G75 for session.run_cycle: State -> Order."""
     state.check_words(WORDS)
     machine = state.axes()
@@ -44,12 +52,13 @@ def order(state):
             "use P in the program itself",
         )
     station = stations.place_of(state, number) if number and not lathe else None
-    fields = dict(_fields(state, station), lathe=lathe, station=number)
-    fields.update(robot.of(state, station, fields["travel"]))
-    up = fields["shift"][2]
+    shift, travel = _shift(state, station), soft_limits.of(state)
+    fields = dict(_fields(state, shift, travel), lathe=lathe, station=number)
+    fields.update(robot.of(state, station, travel))
+    up: float | None = shift[2]
     if station:
         fields["place"] = (station.matrix, station.shift)
-        up = station.point(fields["shift"])[2] if stations.is_level(station) else None
+        up = station.point(shift)[2] if stations.is_level(station) else None
     # the orientation of a robot's tool is the station's: its axes are nothing that a sub turns
     letters = "".join(letter for letter in machine if letter in "XYZ" or not state.settings["TOOL_POSE"])
     fields["abc"] = tuple(
@@ -58,24 +67,29 @@ def order(state):
     return replace(state.order("pattern", fields, _job(state, up, letters)), axes=machine)
 
 
-def _fields(state, station):
-    """Words of the line -> fields of a PatternRequest (mm, degrees).  station: the Isometry from its coordinates to
-    work coordinates."""
+def _shift(state: State, station: Isometry | None) -> tuple[float, ...]:
+    """(x, y, z) mm of the words X Y Z, in coordinates of the station; station: the Isometry from them to work
+    coordinates, None without one."""
     here = state.position()
     shift = []  # under G7 the interpreter has halved X
     for letter, now in zip("xyz", station.back(here) if station else here):
         value = state.length(letter)
         shift.append(0.0 if value is None else now + value if state.incremental else value)
+    return tuple(shift)
+
+
+def _fields(state: State, shift: tuple[float, ...], travel: dict[str, tuple] | None) -> dict[str, object]:
+    """Words of the line -> fields of a PatternRequest (mm, degrees)."""
     copies = state.number("l")
     return dict(
-        shift=tuple(shift),
-        start=here,
+        shift=shift,
+        start=state.position(),
         chord=state.settings["CHORD"],
         rotation=state.number("r") or 0.0,
         mirror=state.number("h") or 0,
         copies=1 if copies is None else copies,
         in_mirror=mirroring.mirrored,
-        travel=soft_limits.of(state),
+        travel=travel,
         keep_climb=_keep_climb(state),
         close_gap=state.settings["CLOSE_GAP"],
         step=(state.length("i") or 0.0, state.length("j") or 0.0),
@@ -83,7 +97,7 @@ def _fields(state, station):
     )
 
 
-def _keep_climb(state):
+def _keep_climb(state: State) -> bool:
     """#<_chipwise_keep_climb>, else [CHIPWISE]KEEP_CLIMB."""
     value = state.parameter("_chipwise_keep_climb")
     if value is None:
@@ -96,7 +110,7 @@ def _keep_climb(state):
     return value == 1.0
 
 
-def _job(state, up, letters):
+def _job(state: State, up: float | None, letters: str) -> PatternJob:
     """The sub as it would be called here, in a pattern that is shifted up by so much (mm); None: tilted; letters: of
     the axes it may move."""
     interp, params = state.interp, state.interp.params

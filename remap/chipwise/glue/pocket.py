@@ -1,13 +1,20 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """G79: words -> the fields of a PocketRequest.  Called by codes.py through session.run_cycle."""
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 from chipwise.clib import layout
 from chipwise.glue import program_run, shape
 from chipwise.glue.registers import status_now
 from chipwise.order import MapPlace
 from chipwise.pattern import mirroring
+
+if TYPE_CHECKING:
+    from chipwise.glue.state import State
+    from chipwise.order import Order
 
 WORDS = "qdikplzrjeh"
 
@@ -18,7 +25,7 @@ STEP_SHARE = 0.4
 ENGAGE = 4
 
 
-def order(state):
+def order(state: State) -> Order:
     """The order of G79 for session.run_cycle: State -> Order."""
     state.check_words(WORDS)
     fields = _words(state)
@@ -29,7 +36,7 @@ def order(state):
     return state.order("pocket", fields, shape.job(state, shape.sub_number(state)))
 
 
-def starts_from_stock(state):
+def starts_from_stock(state: State) -> bool:
     """Whether the cycle starts from the map, for which the machine has to be at rest: P4 in a run with a certain stock
     and no fault.  What may be a line that run from line skips must not wait, and starts from solid stock as in the
     preview."""
@@ -39,7 +46,7 @@ def starts_from_stock(state):
     return certain and not fault
 
 
-def _words(state):
+def _words(state: State) -> dict[str, object]:
     """Words of the line -> fields of a PocketRequest (mm), all but the loops."""
     diameter = state.tool_diameter()
     clearance, bottom = state.heights()

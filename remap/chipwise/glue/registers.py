@@ -8,9 +8,21 @@ What is queued are canonical calls, not lines: execute(line, number) after a `yi
 (interpmodule.cc, wrap_interp_execute_2, leaves the call state of the waiting remap in place).
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Sequence
+
 import emccanon
 
 from chipwise.clib import layout
+
+if TYPE_CHECKING:
+    from chipwise.glue.state import State
+    from chipwise.settings import Settings
+
+
+# low and high (3,) mm, shape, turn (degrees)
+Box = tuple[Sequence[float], Sequence[float], int, float]
 
 
 class InForce:
@@ -26,15 +38,17 @@ class InForce:
     """
 
     feed = feed_left = feed_of_mdi = feed_carried = stock_here = job_asked = False
-    box = loaded = ceiling = None
+    box: Box | None = None
+    loaded: tuple[str, object] | None = None
+    ceiling: float | None = None
 
 
-def send(state, first, values, commit):
+def send(state: State, first: layout.Register, values: Sequence[float], commit: int) -> None:
     """As queue()."""
     queue(state.settings, first, values, commit)
 
 
-def queue(settings, first, values, commit):
+def queue(settings: Settings, first: layout.Register, values: Sequence[float], commit: int) -> None:
     """Queue the registers first, first + 1, .. and the commit, in step with motion."""
     word = settings["ANALOG_OUT"]
     for number, value in enumerate(values, int(first)):
@@ -43,17 +57,17 @@ def queue(settings, first, values, commit):
     emccanon.SET_AUX_OUTPUT_VALUE(word, commit)
 
 
-def status_value(settings):
+def status_value(settings: Settings) -> int:
     """What the realtime side says of itself, now, as a number of layout.STATUS_..; 0 where it is not there."""
     return round(emccanon.GET_EXTERNAL_ANALOG_INPUT(settings["ANALOG_IN"], 0.0))
 
 
-def mode_now(settings):
+def mode_now(settings: Settings) -> int:
     """The mode of the realtime side, now; 0 where it is not there."""
     return status_value(settings) % layout.STATUS_STOCK
 
 
-def job_now(settings):
+def job_now(settings: Settings) -> tuple[float, bool, bool, bool]:
     """(ceiling in times F, 0 without a set-up; whether it waits for adaptive feed; whether it is in force; whether its
     feeds above the stock are free) of the loaded program, now."""
     value = status_value(settings)
@@ -61,17 +75,17 @@ def job_now(settings):
     return value % round(layout.STATUS_WAITS) // layout.STATUS_JOB / 100, waits, active, air
 
 
-def feed_is_carried(settings):
+def feed_is_carried(settings: Settings) -> bool:
     """Whether M251 of MDI is in force in the program that runs, now."""
     return _has(status_value(settings), layout.STATUS_CARRIED)
 
 
-def _has(status, bit):
+def _has(status: int, bit: float) -> bool:
     """Whether a status has one of the two-valued parts, layout.STATUS_WAITS and above."""
     return status // round(bit) % 2 == 1
 
 
-def status_now(state):
+def status_now(state: State) -> tuple[int, bool, int]:
     """(mode, stock is defined, fault code) of the realtime side, now; (0, False, 0) where it is not there."""
     value = status_value(state.settings)
     return (

@@ -6,8 +6,11 @@ glue/pattern.py.
 stations.pose knows, and what they are in a level station.
 """
 
+from __future__ import annotations
+
 import os
 import subprocess
+from typing import TYPE_CHECKING
 
 from chipwise import ini
 from chipwise.host.clock import patience
@@ -15,11 +18,15 @@ from chipwise.errors import CycleError, braceless
 from chipwise.glue.soft_limits import tool_offset
 from chipwise.machine import limits
 
+if TYPE_CHECKING:
+    from chipwise.glue.state import State
+    from chipwise.pattern.isometry import Isometry
+
 PATIENCE_S = 5.0
 _AXES = ("AA", "BB", "CC")
 
 
-def of(state, station, travel):
+def of(state: State, station: Isometry | None, travel: dict[str, tuple] | None) -> dict[str, object]:
     """{"pose": .., "reach": ..} of a PatternRequest, {} on a machine whose tool keeps its axis.
 
     station: Isometry from its coordinates to work coordinates, None without one; travel: fields of a Travel, None in
@@ -57,7 +64,7 @@ def of(state, station, travel):
     return {"pose": poses.in_station(matrix, pose, now), "reach": reach}
 
 
-def _check_switch(module, arguments, travel):
+def _check_switch(module: str, arguments: list[str], travel: dict[str, tuple] | None) -> None:
     """Raise CycleError for a table whose coordinates are not those of the part."""
     odd = [word for word in arguments if word.lower() != "coordinates=xyz" + module[3:5]]
     if odd:
@@ -72,7 +79,7 @@ def _check_switch(module, arguments, travel):
         )
 
 
-def _check_offsets(state, table):
+def _check_offsets(state: State, table: str | None) -> None:
     """Raise CycleError for offsets that would turn or shift the tool in another direction than the station's."""
     interp = state.interp
     for axis in _AXES:
@@ -93,7 +100,7 @@ def _check_offsets(state, table):
         )
 
 
-def _reach(lines, now, module, length):
+def _reach(lines: tuple[str, ...], now: tuple[float, ...], module: str, length: float | None) -> dict[str, object]:
     """What a cycles.reach.Reach is made of; length: mm of the tool (G43), of a table, whose pin tool-offset has it when
     the machine gets there."""
     joints = limits.joint_limits(lines)
@@ -117,7 +124,7 @@ def _reach(lines, now, module, length):
     )
 
 
-def _pins(*patterns):
+def _pins(*patterns: str) -> dict[str, float]:
     """{name: value} of the HAL pins that are numbers."""
     found = {}
     try:

@@ -8,6 +8,10 @@ move is emitted, so one that cannot be done emits nothing.  Nothing here touches
 the task gets its turns (task_share.py), so that Stop works.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Callable
+
 import emccanon
 from interpreter import INTERP_ERROR, INTERP_EXECUTE_FINISH, INTERP_OK
 
@@ -23,10 +27,14 @@ from chipwise.glue.state import State
 from chipwise.glue.task_share import TaskShare, hand_over
 from chipwise.program.program_file import opened_name
 
+if TYPE_CHECKING:
+    from chipwise.order import Order, Outcome
+    from chipwise.program.interp import Interp, Steps, Waits, Words
+
 NO_O_WORD = 0  # O_none of LinuxCNC's interp_internal.hh
 
 
-def begin(interp, words, ours=True):
+def begin(interp: Interp, words: Words, ours: bool = True) -> None:
     """Before anything else: what the program before, or MDI, has left ends; the program's own F.  ours: whether the
     line has a code of ours."""
     another = program_run.enter(interp, words)
@@ -40,7 +48,7 @@ def begin(interp, words, ours=True):
     restore_programmed(interp)
 
 
-def program_feed(interp, words):
+def program_feed(interp: Interp, words: Words) -> int | Steps:
     """The remapped F; returns INTERP_OK or, with the message set, INTERP_ERROR; where it has to wait a generator."""
     try:
         begin(interp, words, ours=False)
@@ -55,7 +63,7 @@ def program_feed(interp, words):
         return refuse(interp, "F", words, error)
 
 
-def _first_feed(interp, words, feed):
+def _first_feed(interp: Interp, words: Words, feed: float) -> Steps:
     """The first F of a program that has a set-up: a generator, as run_steps()."""
     try:
         for _ in volumetric.begin_job(interp):
@@ -70,7 +78,7 @@ def _first_feed(interp, words, feed):
         yield refuse(interp, "F", words, error)
 
 
-def carry_out(state, turn, outcome):
+def carry_out(state: State, turn: TaskShare, outcome: Outcome) -> Steps:
     """Execute the chunks of an Outcome: a generator that yields where the task gets its turn."""
     for chunk in outcome.chunks:
         if turn.is_over(chunk) and not program_run.may_be_skipped():
@@ -79,7 +87,15 @@ def carry_out(state, turn, outcome):
         turn.count(chunk)
 
 
-def run_cycle(interp, code, kwargs, order_of, check=State.check_modes, do=carry_out, rests=None):
+def run_cycle(
+    interp: Interp,
+    code: str,
+    kwargs: Words,
+    order_of: Callable[[State], Order],
+    check: Callable[[State], None] = State.check_modes,
+    do: Callable[[State, TaskShare, Outcome], Steps] = carry_out,
+    rests: Callable[[State], bool] | None = None,
+) -> Steps:
     """Run one cycle: a generator, as LinuxCNC wants it of a code that may have to wait.
 
     interp    the interpreter (`self` of a remap)
@@ -122,7 +138,7 @@ def run_cycle(interp, code, kwargs, order_of, check=State.check_modes, do=carry_
         yield refuse(interp, code, kwargs, error)
 
 
-def run_steps(interp, code, kwargs, steps):
+def run_steps(interp: Interp, code: str, kwargs: Words, steps: Callable[[State], Waits]) -> Steps:
     """Run a code that has to wait for the machine: a generator, as LinuxCNC wants it then.
 
     steps  generator function of a State; each `yield` in it waits until the machine has done all that was queued
@@ -141,7 +157,7 @@ def run_steps(interp, code, kwargs, steps):
         yield refuse(interp, code, kwargs, error)
 
 
-def done(interp):
+def done(interp: Interp) -> int:
     """INTERP_OK, of a remap that is carried out.
 
     LinuxCNC goes on with the rest of the line.  If that waits (G38, M6, M66) in a sub of MDI, it executes the call of
@@ -154,7 +170,7 @@ def done(interp):
     return INTERP_OK
 
 
-def refuse(interp, code, kwargs, error):
+def refuse(interp: Interp, code: str, kwargs: Words, error: Exception) -> int:
     """Any exception -> the operator's message, with the line; returns INTERP_ERROR."""
     try:
         text = message_of(interp, code, error)
@@ -164,7 +180,7 @@ def refuse(interp, code, kwargs, error):
     return INTERP_ERROR
 
 
-def message_of(interp, code, error):
+def message_of(interp: Interp, code: str, error: Exception) -> str:
     """An exception -> text for the operator, without the line."""
     if isinstance(error, CycleError):
         error.code = error.code or code
@@ -178,7 +194,7 @@ def message_of(interp, code, error):
     return printable(f"chipwise: {code}: internal error: {first_line}")
 
 
-def place(interp, kwargs):
+def place(interp: Interp, kwargs: Words) -> str:
     """ " (line 12)", " (line 5 of 100.ngc)" in a sub's own file, "" in MDI.
 
     AXIS and LinuxCNC name the line they have read last, which is another one when a cycle refuses.

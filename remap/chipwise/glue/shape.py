@@ -5,6 +5,10 @@ glue/pocket.py.
 The planner reads it by contour_sub/read.py; here stands only what the sub may read of the interpreter that calls it.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import emccanon
 
 from chipwise.contour_sub.job import Job
@@ -13,11 +17,15 @@ from chipwise.glue import named
 from chipwise.glue.state import path_of
 from chipwise import ini
 
+if TYPE_CHECKING:
+    from chipwise.glue.state import State
+    from chipwise.program.interp import Interp
+
 NUMBERED = range(31, 5400)  # user parameters, probe results, homes, coordinate systems; 1 to 30 are the sub's own
 COUNTING = ("_line", "_call_level", "_remap_level", "_task")  # LinuxCNC's own, other at every call and never handed on
 
 
-def sub_number(state):
+def sub_number(state: State) -> int:
     """The word Q as a number of an O-sub."""
     value = state.number("q")
     if value is None:
@@ -27,7 +35,7 @@ def sub_number(state):
     return int(value)
 
 
-def job(state, sub):
+def job(state: State, sub: int) -> Job:
     """Job for a sub called where the line stands."""
     interp = state.interp
     names = [name for name in named.global_names(interp) if name not in COUNTING and not set("[>") & set(name)]
@@ -49,7 +57,7 @@ def job(state, sub):
     )
 
 
-def _programs(interp):
+def _programs(interp: Interp) -> dict[str, None]:
     """The file of the line, then the files of those who called it."""
     seen = [path_of(interp)]
     for level in range(interp.call_level, -1, -1):

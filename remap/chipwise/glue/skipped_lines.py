@@ -5,6 +5,8 @@ Called by glue/program_run.py.  Pure.  A line in a sub, in a branch or loop, or 
 so it does not count.
 """
 
+from __future__ import annotations
+
 import re
 
 _BLANKS_AND_COMMENTS = re.compile(r"\([^)]*\)?|;.*|\s")
@@ -12,7 +14,7 @@ _STOCK = re.compile(r"^(n\d+(\.\d+)?)?[^o/]*?m25[04](?!\d)")
 _BLOCK = re.compile(r"^/?(?:n\d+(?:\.\d+)?)?o(?:\d+|<[^>]*>)(sub|if|while|do|repeat|endsub|endif|endwhile|endrepeat)")
 
 
-def stock_is_defined_again(text, line, start):
+def stock_is_defined_again(text: str, line: int, start: int) -> bool:
     """Whether a line after `line` and before `start` is an M250 or M254 that is executed whatever happens."""
     depth = 0
     for raw in text.split("\n")[line : start - 1]:

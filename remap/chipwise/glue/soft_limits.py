@@ -5,8 +5,11 @@ glue/pattern.py, glue/turning.py.
 Only in the task: a preview, `chipwise try` and `chipwise check` may have other work offsets than the machine.
 """
 
+from __future__ import annotations
+
 import math
 import os
+from typing import TYPE_CHECKING
 
 import emccanon
 
@@ -14,8 +17,11 @@ from chipwise import ini
 from chipwise.machine import limits
 from chipwise.pattern.job import DEPTH
 
+if TYPE_CHECKING:
+    from chipwise.glue.state import State
 
-def of(state):
+
+def of(state: State) -> dict[str, tuple] | None:
     """What a cycles.travel.Travel is made of, as a dict; None where they are not known or do not count."""
     path = ini.file_name()
     if not state.interp.task or os.environ.get(DEPTH, "0") != "0" or not path:
@@ -35,7 +41,7 @@ def of(state):
     }
 
 
-def lathe(state):
+def lathe(state: State) -> tuple:
     """((name, low, high), ..) mm of Z and X; () where they are not known or do not count."""
     path = ini.file_name()
     if not state.interp.task or not path:
@@ -44,7 +50,7 @@ def lathe(state):
     return z, x
 
 
-def tool_offset(state):
+def tool_offset(state: State) -> list[float]:
     """X, Y and Z of G43, mm."""
     return [
         state.unit_mm * value

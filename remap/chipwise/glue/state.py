@@ -5,7 +5,10 @@ The conversion between the program's units, the machine's and ours (mm) happens 
 Read in LinuxCNC 2.9.0~pre1: interpmodule.cc (properties), pyblock.cc (blocks), interp_remap.cc (kwargs).
 """
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING, Mapping, Sequence
 
 import emccanon
 
@@ -19,6 +22,11 @@ from chipwise.order import Order
 from chipwise.settings import MAX_SEAM_OVERLAP, MIN_ANGLE, load_settings
 from chipwise.tool_data.geometry import tool_geometry
 
+if TYPE_CHECKING:
+    from chipwise.contour_sub.job import Job
+    from chipwise.pattern.job import PatternJob
+    from chipwise.program.interp import Block, Context, Interp, Words
+
 # Words any line may carry besides those of the cycle: LinuxCNC deals with them before or after it.
 COMMON_WORDS = "fst"
 ALL_WORDS = "abcdefhijklpqrstuvwxyz"
@@ -30,7 +38,7 @@ DIAMETER_DECIMALS = 9
 _INVERSE_TIME, _UNITS_PER_REVOLUTION = 1, 2  # interp_internal.hh: FEED_MODE
 
 
-def path_of(context):
+def path_of(context: Context | Interp) -> str:
     """The `filename` of the interpreter, or of one of its calls; Python cannot hold one that is not UTF-8 (boost)."""
     try:
         return context.filename
@@ -41,7 +49,7 @@ def path_of(context):
 class State:
     """The interpreter's state when a cycle is called."""
 
-    def __init__(self, interp, code, kwargs):
+    def __init__(self, interp: Interp, code: str, kwargs: Words) -> None:
         """interp: the interpreter; code: "G12"; kwargs: words as LinuxCNC passes them, `n` the line number."""
         self.interp = interp
         self.code = code
@@ -53,7 +61,7 @@ class State:
         self.incremental = bool(interp.distance_mode)
         self.settings = load_settings()
 
-    def order(self, cycle, fields, job=None):
+    def order(self, cycle: str, fields: Mapping[str, object], job: Job | PatternJob | None = None) -> Order:
         """The Order of this cycle: a function of planner/plans.py, the fields of its request, the Job of its sub."""
         return Order(
             cycle=cycle,
@@ -71,7 +79,7 @@ class State:
 
     # ---- modes ----------------------------------------------------------------------------------------------
 
-    def check_modes(self):
+    def check_modes(self) -> None:
         """Raise CycleError where a mode is active that no cycle of a mill works in.  (G53 on the line: LinuxCNC's own
         error.)"""
         interp = self.interp
@@ -81,7 +89,7 @@ class State:
         if interp.params["_lathe_diameter_mode"]:
             raise CycleError("lathe diameter mode (G7) is on", "program G8 before")
 
-    def check_common_modes(self):
+    def check_common_modes(self) -> None:
         """As check_modes(), of what no cycle of a lathe works in either."""
         interp = self.interp
         if interp.cutter_comp_side:
@@ -91,7 +99,7 @@ class State:
         if interp.feed_mode == _UNITS_PER_REVOLUTION and not interp.speed[0] > 0:
             raise CycleError("feed per revolution (G95) without a spindle speed", "program S above 0 before, or G94")
 
-    def axes(self):
+    def axes(self) -> str:
         """Letters of the machine's axes, of X Y Z A B C."""
         path = ini.file_name()
         if path:
@@ -99,17 +107,17 @@ class State:
         mask = emccanon.GET_EXTERNAL_AXIS_MASK()
         return "".join(letter for k, letter in enumerate("XYZABC") if mask & 1 << k)
 
-    def program(self):
+    def program(self) -> str:
         """Path of the file that the line is in."""
         return path_of(self.interp)
 
     # ---- words ----------------------------------------------------------------------------------------------
 
-    def _block(self):
+    def _block(self) -> Block:
         """The block (line) that called the cycle."""
         return self.interp.blocks[self.interp.remap_level]
 
-    def check_words(self, allowed, remedy=""):
+    def check_words(self, allowed: str, remedy: str = "") -> None:
         """Raise CycleError for a word on the line that is not in `allowed` (lower-case letters); remedy: what they are,
         if that helps.
 
@@ -122,21 +130,21 @@ class State:
                     f"word {letter.upper()} is not used here", remedy or f"words are {' '.join(allowed.upper() + 'F')}"
                 )
 
-    def has_any(self, letters):
+    def has_any(self, letters: str) -> bool:
         """Whether one of these words is on the line, also outside argspec."""
         block = self._block()
         return any(getattr(block, letter + "_flag") for letter in letters)
 
-    def number(self, letter):
+    def number(self, letter: str) -> float | None:
         """A word's plain value, None where absent."""
         return self.words.get(letter)
 
-    def length(self, letter):
+    def length(self, letter: str) -> float | None:
         """A word in program units -> mm, None where absent."""
         value = self.words.get(letter)
         return None if value is None else value * self.unit_mm
 
-    def needed(self, letter, meaning):
+    def needed(self, letter: str, meaning: str) -> float:
         """As length(), but an error where absent."""
         value = self.length(letter)
         if value is None:
@@ -145,21 +153,22 @@ class State:
 
     # ---- place and height -----------------------------------------------------------------------------------
 
-    def position(self):
+    def position(self) -> tuple[float, float, float]:
         """(x, y, z) of the tool, mm, work coordinates."""
         interp = self.interp
-        return tuple(value * self.unit_mm for value in (interp.current_x, interp.current_y, interp.current_z))
+        return interp.current_x * self.unit_mm, interp.current_y * self.unit_mm, interp.current_z * self.unit_mm
 
-    def place(self):
+    def place(self) -> tuple[float, float]:
         """(x, y) from the words X Y: mm, absolute; an axis without a word stays where it is; G91: from here."""
         here = self.position()
         found = []
         for letter, now in zip("xy", here):
             value = self.length(letter)
             found.append(now if value is None else now + value if self.incremental else value)
-        return tuple(found)
+        x, y = found
+        return x, y
 
-    def machine_point(self, point):
+    def machine_point(self, point: Sequence[float]) -> tuple[float, float, float]:
         """(x, y, z) mm, work coordinates -> mm, machine coordinates of the tool's tip (no tool offset in them).
 
         As canon does: the G92 offset, then the G10 L2 R rotation, then the offset of the coordinate system.
@@ -170,13 +179,15 @@ class State:
             for value, shift in zip(point, (interp.axis_offset_x, interp.axis_offset_y, interp.axis_offset_z))
         )
         angle = math.radians(interp.rotation_xy)
-        turned = x * math.cos(angle) - y * math.sin(angle), x * math.sin(angle) + y * math.cos(angle), z
-        return tuple(
-            value + unit * shift
-            for value, shift in zip(turned, (interp.origin_offset_x, interp.origin_offset_y, interp.origin_offset_z))
+        along = x * math.cos(angle) - y * math.sin(angle)
+        across = x * math.sin(angle) + y * math.cos(angle)
+        return (
+            along + unit * interp.origin_offset_x,
+            across + unit * interp.origin_offset_y,
+            z + unit * interp.origin_offset_z,
         )
 
-    def heights(self):
+    def heights(self) -> tuple[float, float]:
         """(clearance plane, final depth) from R and Z: mm, absolute.  G91: R from current Z, Z from R."""
         now = self.position()[2]
         depth = self.needed("z", "final depth")
@@ -188,7 +199,7 @@ class State:
 
     # ---- feeds ----------------------------------------------------------------------------------------------
 
-    def feed_per_minute(self):
+    def feed_per_minute(self) -> float:
         """F in force, mm/min.  CycleError in other feed modes than G94."""
         if self.interp.feed_mode in (_INVERSE_TIME, _UNITS_PER_REVOLUTION):
             raise CycleError(
@@ -198,7 +209,7 @@ class State:
             )
         return self.interp.feed_rate * self.unit_mm
 
-    def feeds(self):
+    def feeds(self) -> dict[str, object]:
         """For a request: the active feed and E, mm/min (mm/rev under G95); E is half the feed without a word.
 
         The line's own F is active already when a remap runs.
@@ -213,7 +224,7 @@ class State:
 
     # ---- tool and settings ----------------------------------------------------------------------------------
 
-    def tool_diameter(self):
+    def tool_diameter(self) -> float:
         """Diameter (mm) of the tool in the spindle, to DIAMETER_DECIMALS.  The tool table is in machine units, whatever
         G20/G21 says."""
         tool = self.interp.tool_table[0]
@@ -228,12 +239,12 @@ class State:
             )
         return diameter
 
-    def flute_length(self):
+    def flute_length(self) -> float | None:
         """Flute length (mm) of the tool in the spindle, None where unknown."""
         geometry = tool_geometry(self.settings.path("TOOL_GEOMETRY"), self.interp.tool_table[0].toolno)
         return None if geometry is None else geometry.flute_length
 
-    def depth_step(self):
+    def depth_step(self) -> dict[str, float | None]:
         """For a request: J or, without it, the flute length and the top of the stock (mm), each None where unknown.
 
         No pass is deeper in the stock than the cutting edge.  Source: CN105492980 [0010]: only the edge cuts, the shank
@@ -247,11 +258,11 @@ class State:
             return {"depth_step": flutes}
         return {"depth_step": flutes, "stock_top": top - self.machine_point((0.0, 0.0, 0.0))[2]}
 
-    def parameter(self, name):
+    def parameter(self, name: str) -> float | None:
         """A global named parameter, None where the program has not set it."""
         return named.value(self.interp, name)
 
-    def chop_size(self):
+    def chop_size(self) -> float:
         """H (mm): 0 with the word H0, else #<_chipwise_chop_size> in program units, else [CHIPWISE]CHOP_SIZE."""
         word = self.number("h")
         if word is not None:
@@ -271,15 +282,15 @@ class State:
             )
         return size * self.unit_mm
 
-    def approach_angle(self):
+    def approach_angle(self) -> float:
         """Degrees to the work plane: #<_chipwise_approach_angle>, else [CHIPWISE]APPROACH_ANGLE."""
         return self._angle("approach")
 
-    def ramp_angle(self):
+    def ramp_angle(self) -> float:
         """Degrees of an entry: #<_chipwise_ramp_angle>, else [CHIPWISE]RAMP_ANGLE."""
         return self._angle("ramp")
 
-    def seam_overlap(self):
+    def seam_overlap(self) -> float:
         """How far a finished wall is run on over its start (mm): #<_chipwise_seam_overlap> in program units, else
         [CHIPWISE]SEAM_OVERLAP."""
         length, most = self.parameter("_chipwise_seam_overlap"), MAX_SEAM_OVERLAP
@@ -294,7 +305,7 @@ class State:
             )
         return length * self.unit_mm
 
-    def to_and_fro(self):
+    def to_and_fro(self) -> bool:
         """Whether open paths of G77 may run in either direction: #<_chipwise_to_and_fro>, else [CHIPWISE]TO_AND_FRO."""
         value = self.parameter("_chipwise_to_and_fro")
         if value is None:
@@ -306,7 +317,7 @@ class State:
             )
         return value == 1.0
 
-    def _angle(self, kind):
+    def _angle(self, kind: str) -> float:
         """A named parameter from MIN_ANGLE to 90 degrees, or its INI default."""
         name = f"_chipwise_{kind}_angle"
         angle = self.parameter(name)
@@ -319,7 +330,7 @@ class State:
             )
         return angle
 
-    def turns_clockwise(self):
+    def turns_clockwise(self) -> bool:
         """Whether the spindle turns as with M3; one that is off counts as M3."""
         params = self.interp.params
         return not params["_spindle_on"] or bool(params["_spindle_cw"])

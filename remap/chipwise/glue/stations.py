@@ -5,7 +5,10 @@ Called by codes.py through session.run_steps, and by glue/pattern.py.  In the pr
 numpy is imported when a station is used: LinuxCNC's task must not load it for every machine.
 """
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING, Mapping
 
 import emccanon
 
@@ -13,13 +16,19 @@ from chipwise.errors import CycleError
 from chipwise.glue import program_run
 from chipwise.stations import ORIGIN, ON_X, ON_Y, store
 
+if TYPE_CHECKING:
+    from chipwise.glue.state import State
+    from chipwise.pattern.isometry import Isometry
+    from chipwise.program.interp import Waits
+    from chipwise.stations.frame import Frame
+
 PROBED = (5061, 5062, 5063)  # parameters: where the last G38 has found something, and
 PROBE_DONE = 5070  # whether it has
 TYPICAL_ERROR = 0.01  # mm a taught point may be off, for the message; edge finders and probes are so good
 _LEVEL = 1e-9  # of a direction's horizontal part
 
 
-def teach(state):
+def teach(state: State) -> Waits:
     """M255."""
     state.check_words("pqh")
     station = _whole(state, "p", "station", store.MAX_STATION)
@@ -47,7 +56,7 @@ def teach(state):
     yield
 
 
-def _whole(state, letter, meaning, most):
+def _whole(state: State, letter: str, meaning: str, most: int) -> int:
     """A word that is a number from 1 to most."""
     value = state.number(letter)
     if value is None:
@@ -60,7 +69,7 @@ def _whole(state, letter, meaning, most):
     return int(value)
 
 
-def _probed(state):
+def _probed(state: State) -> tuple[float, ...]:
     """Where the last G38 has found something: mm, work coordinates."""
     params = state.interp.params
     if params[PROBE_DONE] != 1:
@@ -68,7 +77,7 @@ def _probed(state):
     return tuple(params[number] * state.unit_mm for number in PROBED)
 
 
-def _taught(station, point, points, made):
+def _taught(station: int, point: int, points: Mapping[int, tuple], made: Frame | None) -> CycleError:
     """What the operator reads, as a CycleError holds it."""
     what = f"station {station}: point {point} is taught"
     if made is None:
@@ -79,13 +88,13 @@ def _taught(station, point, points, made):
     return CycleError(
         f"{what}; tilt {made.tilt:.3f} degrees, {checked}; points that are {{typical}} off move it by up to {{worst}}",
         code="M255",
-        residual=max(map(abs, made.residuals.values())),
+        residual=max(abs(value) for value in made.residuals.values()),
         typical=TYPICAL_ERROR,
         worst=worst,
     )
 
 
-def place_of(state, number):
+def place_of(state: State, number: float) -> Isometry:
     """The Isometry from coordinates of a station to work coordinates."""
     from chipwise.pattern.isometry import Isometry
     from chipwise.stations import frame
@@ -106,6 +115,6 @@ def place_of(state, number):
     return work.inverse().after(Isometry(made.matrix, made.origin))
 
 
-def is_level(isometry) -> bool:
+def is_level(isometry: Isometry) -> bool:
     """Whether Z points up."""
     return math.hypot(isometry.matrix[0][2], isometry.matrix[1][2]) < _LEVEL and isometry.matrix[2][2] > 0

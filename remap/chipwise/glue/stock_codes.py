@@ -5,8 +5,11 @@ Called by codes.py through session.run_steps.  The codes queue numbers (register
 back whether they were taken.  In the preview the words are checked and nothing is done.
 """
 
+from __future__ import annotations
+
 import contextlib
 import os
+from typing import TYPE_CHECKING, Callable, Generator
 
 import emccanon
 
@@ -23,6 +26,12 @@ from chipwise.clib import layout
 from chipwise.stock import reasons, turn_request
 from chipwise.clib.layout import Fault, Register
 
+if TYPE_CHECKING:
+    from chipwise.glue.registers import Box
+    from chipwise.glue.state import State
+    from chipwise.program.interp import Waits
+    from chipwise.settings import Settings
+
 FILL_TRIES, FILL_WAIT_S = 100, 0.05  # the map is filled a part per servo period:
 FILL_CELLS = 100_000  # so many in a try at least (tracker.h: 12000 a period, stock.c: a quarter of turned ones)
 TOOL_FAULTS = range(Fault.TOOL_DIAMETER, Fault.NO_MONITOR + 1)  # of the tool, not of the stock; M250 may come before M6
@@ -31,7 +40,7 @@ REFUSED = range(Fault.BOX_NOT_FINITE, Fault.BOX_TOO_LARGE + 1)  # of the last re
 SAME_MM, SAME_DEG = 1e-6, 1e-9  # boxes that differ by less are the same
 
 
-def define_stock(state):
+def define_stock(state: State) -> Waits:
     """M250."""
     state.check_words("pqrijk", "use P Q R (minimum in X, Y, Z) and I J K (size in X, Y, Z)")
     low, high, shape, turn = stock_of(state)
@@ -69,7 +78,7 @@ def define_stock(state):
     InForce.box, InForce.stock_here = (low, high, shape, turn), True
 
 
-def _forget_kept(settings):
+def _forget_kept(settings: Settings) -> None:
     """What is saved of the stock before must not come back after a power loss, even if no chipwise-monitor runs that
     could remove it."""
     with contextlib.suppress(OSError):  # the monitor tries it again, and tells the operator
@@ -79,7 +88,7 @@ def _forget_kept(settings):
 _START_BEFORE = "start the program at this line or before"
 
 
-def _run_from_line_keeps_stock(state, box=None):
+def _run_from_line_keeps_stock(state: State, box: Box | None = None) -> bool:
     """Run from line executes M250 and M254 of the lines it reads over, and would make a whole block of a part that is
     cut.
 
@@ -114,7 +123,7 @@ def _run_from_line_keeps_stock(state, box=None):
     return True
 
 
-def _same_box(first, second):
+def _same_box(first: Box, second: Box) -> bool:
     return (
         first[2] == second[2]
         and abs(first[3] - second[3]) < SAME_DEG
@@ -122,7 +131,7 @@ def _same_box(first, second):
     )
 
 
-def _slot(state, words="p"):
+def _slot(state: State, words: str = "p") -> int:
     """Word P of M253, M254: 0 to 9.  words: those of the code."""
     state.check_words(words)
     slot = state.number("p")
@@ -133,12 +142,12 @@ def _slot(state, words="p"):
     return int(slot)
 
 
-def _reply(state):
+def _reply(state: State) -> int:
     """What the monitor says of the request (reasons.py), now."""
     return status_value(state.settings) % layout.STATUS_JOB // layout.STATUS_REPLY
 
 
-def _wait_for(state, answered):
+def _wait_for(state: State, answered: Callable[[int], bool]) -> Generator[None, None, int | None]:
     """Wait until the monitor's reply is one; -> it, None after the time-out."""
     for _ in range(round(patience(FILE_S) / FILE_WAIT_S)):
         yield
@@ -148,7 +157,7 @@ def _wait_for(state, answered):
     return None
 
 
-def request(state, number, commit, failed):
+def request(state: State, number: int, commit: int, failed: str) -> Waits:
     """M253, M254, M256: have the monitor do something with the file of a slot or a set-up, and wait for it.  failed:
     what is said if it did not."""
     if not state.interp.task:
@@ -171,7 +180,7 @@ def request(state, number, commit, failed):
         raise CycleError(f"{failed}: {problem}", remedy)
 
 
-def save_stock(state):
+def save_stock(state: State) -> Waits:
     """M253."""
     if state.interp.task and program_run.skipped():
         _slot(state)
@@ -185,7 +194,7 @@ def save_stock(state):
 TURN_WORDS = "rhijk"
 
 
-def _turn(state, slot):
+def _turn(state: State, slot: int) -> turn_request.TurnRequest | None:
     """Words R H I J K of M254 -> a turn_request.TurnRequest, None for the stock as it was saved."""
     dropped = [letter.upper() for letter in TURN_WORDS if state.has_any(letter) and state.number(letter) is None]
     if dropped:
@@ -228,7 +237,7 @@ def _turn(state, slot):
     return turn_request.TurnRequest(slot, turn_request.AXES[int(axis) - 1], corner, allowance(state))
 
 
-def _ask_for(state, request):
+def _ask_for(state: State, request: turn_request.TurnRequest) -> None:
     """Write a TurnRequest where the monitor looks for it; the machine is here."""
     folder = state.settings.path("STOCK_DIR")
     try:
@@ -240,7 +249,7 @@ def _ask_for(state, request):
         ) from error
 
 
-def restore_stock(state):
+def restore_stock(state: State) -> Waits:
     """M254."""
     slot = _slot(state, "p" + TURN_WORDS)
     turn = _turn(state, slot)

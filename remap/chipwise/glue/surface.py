@@ -5,8 +5,11 @@ Comment as in docs/user/surfaces.md:
     (SURFACE,FILE=part.stl,X=0,Y=0,Z=0,SCALE=1)
 """
 
+from __future__ import annotations
+
 import math
 import os
+from typing import TYPE_CHECKING
 
 from chipwise.program import comments
 from chipwise.errors import CycleError
@@ -16,12 +19,17 @@ from chipwise.ini import Ini, file_name
 from chipwise.pattern import mirroring
 from chipwise.tool_data.geometry import ToolGeometry, tool_geometry
 
+if TYPE_CHECKING:
+    from chipwise.glue.state import State
+    from chipwise.order import Order
+    from chipwise.surface.model import Placing
+
 WORDS = "dlzrikep"
 KEYS = ("X", "Y", "Z", "SCALE", "PIXEL", "DEPTH")
 RELIEF = 1.0  # mm, K without a word
 
 
-def order(state):
+def order(state: State) -> Order:
     """The order of G24 for session.run_cycle: State -> Order."""
     state.check_words(WORDS)
     path, placing = surface_of(state)
@@ -32,7 +40,7 @@ def order(state):
     return state.order("surface", dict(fields, earlier=earlier))
 
 
-def _words(state):
+def _words(state: State) -> dict[str, object]:
     """Words of the line -> fields of a SurfaceRequest (mm), all but the model."""
     from chipwise.clib.height_map import Shape  # here, so that only G24 loads numpy into the interpreter
 
@@ -65,7 +73,7 @@ def _words(state):
     )
 
 
-def _height(state, name):
+def _height(state: State, name: str) -> float | None:
     """A named parameter in program units -> mm; None where it is 0 or not set.  Raises CycleError."""
     value = state.parameter(name)
     if value is not None and not 0 <= value < math.inf:
@@ -75,7 +83,7 @@ def _height(state, name):
     return value * state.unit_mm if value else None
 
 
-def surface_of(state):
+def surface_of(state: State) -> tuple[str, Placing]:
     """(path, Placing) of the last SURFACE comment before the line; its lengths are in program units."""
     from chipwise.surface.model import DEPTH, Placing
 
@@ -97,21 +105,21 @@ def surface_of(state):
     return found_path(name, state.program()), placing
 
 
-def find_comment(path, line_number):
+def find_comment(path: str, line_number: int) -> str | None:
     """Inside of the last SURFACE comment up to a line of a program; None without one."""
-    found = None
+    found: str | None = None
     try:
         with open(path, encoding="utf-8", errors="surrogateescape") as program:
             for number, line in enumerate(program, 1):
                 if number > line_number > 0:
                     break
-                found = (comments.insides(line, "SURFACE") or [found])[-1]
+                found = (found, *comments.insides(line, "SURFACE"))[-1]
     except OSError:
         return None
     return found
 
 
-def parse_comment(text):
+def parse_comment(text: str) -> tuple[str, dict[str, float]]:
     """ "FILE=part.stl,X=0,.." -> (name, {"X": 0.0, ..}).  Raises CycleError."""
     name, numbers = "", {}
     for part in filter(None, (piece.strip() for piece in text.split(","))):
@@ -138,7 +146,7 @@ def parse_comment(text):
     return name, numbers
 
 
-def found_path(name, program):
+def found_path(name: str, program: str) -> str:
     """Path of a model: in the program's folder, else in [DISPLAY]PROGRAM_PREFIX; an absolute one as it is."""
     folders = [os.path.dirname(os.path.abspath(program))]
     ini = file_name()
@@ -153,7 +161,7 @@ def found_path(name, program):
     return next((path for path in paths if os.path.exists(path)), paths[0])
 
 
-def stamp_of(path):
+def stamp_of(path: str) -> tuple[int, int]:
     """(time of change in ns, bytes) of a file: a plan is kept for them; (0, 0) if it cannot be read."""
     try:
         found = os.stat(path)

@@ -16,13 +16,18 @@ If one of these cannot be had the answer is that of an ordinary run of a program
 Read in LinuxCNC 2.9.0~pre1, 2.9.4 and 2.10 (2026-08): emctaskmain.cc, emctask.cc, taskmodule.cc, emc_nml.hh, nmlmsg.hh.
 """
 
+from __future__ import annotations
+
 import ctypes
 import math
 import struct
 from functools import lru_cache
+from typing import Optional
 
 from chipwise.host.processes import mappings
 
+# line of the last move that was carried out, place of the machine or None while it moves
+Seen = tuple[int, Optional[tuple[float, float, float]]]
 _SEEN = 2
 STILL = 1e-6  # machine units
 
@@ -33,7 +38,7 @@ _HEAD_BYTES = 512  # the message begins within
 
 
 @lru_cache(maxsize=None)
-def _open_flag():
+def _open_flag() -> ctypes.c_int | None:
     """taskplanopen, None where this task has none."""
     try:
         return ctypes.c_int.in_dll(ctypes.CDLL(None), "taskplanopen")
@@ -41,12 +46,12 @@ def _open_flag():
         return None
 
 
-def is_here():
+def is_here() -> bool:
     """Whether this interpreter is the task's, not that of a preview."""
     return _open_flag() is not None or _mode() != ""
 
 
-def _mode():
+def _mode() -> str:
     """Name of the task's mode, "" where it is not known."""
     try:
         import emctask
@@ -56,13 +61,13 @@ def _mode():
         return ""
 
 
-def is_program():
+def is_program() -> bool:
     """Whether a program runs, not MDI; without a flag: True where a mode says so or nothing does."""
     flag = _open_flag()
     return (flag is None or flag.value != 0) and not _mode().endswith("MDI")
 
 
-def is_restoring():
+def is_restoring() -> bool:
     """Whether neither a program nor MDI may be under way: LinuxCNC 2.9.4 has an abort followed by a line of its own
     that gives the interpreter back what was in force, F included, and what that line queues may be lost with the rest
     of the queue.  False where the flag is not known.  2.10 does not say the mode: there MDI counts as such a line, too,
@@ -71,7 +76,7 @@ def is_restoring():
     return flag is not None and flag.value == 0 and not _mode().endswith("MDI")
 
 
-def is_new_run():
+def is_new_run() -> bool:
     """Whether this is the first question since a run has begun; without a flag never."""
     flag = _open_flag()
     if flag is None or flag.value in (0, _SEEN):
@@ -80,7 +85,7 @@ def is_new_run():
     return True
 
 
-def start_line():
+def start_line() -> int | None:
     """The line that the run of a program was started from, 0 for the whole; None where another command has come since.
 
     To be asked once, as early in a run as possible.
@@ -95,7 +100,7 @@ def start_line():
     return None
 
 
-def seen():
+def seen() -> Seen | None:
     """(line of the last move that was carried out, place of the machine or None while it moves), as the task has seen
     it last; None where this is not known."""
     try:
@@ -108,18 +113,19 @@ def seen():
         return None
 
 
-def has_moved(before):
+def has_moved(before: Seen | None) -> bool:
     """Whether a move has been carried out since seen() was `before`: what is read over by run from line carries out
     none."""
     now = seen()
     if before is None or now is None:
         return False
-    return (
-        now[0] > 0 and now[0] != before[0] or None not in (now[1], before[1]) and math.dist(now[1], before[1]) > STILL
-    )
+    (line, place), (line_before, place_before) = now, before
+    if line > 0 and line != line_before:
+        return True
+    return place is not None and place_before is not None and math.dist(place, place_before) > STILL
 
 
-def _command_buffer():
+def _command_buffer() -> bytes:
     """A copy of the head of the task's command buffer, b"" where it is not there."""
     for first, last, line in mappings():
         if _COMMAND_BUFFER in line:

@@ -14,10 +14,16 @@ commands
 The preview has nobody to serve and never yields.
 """
 
+from __future__ import annotations
+
 import time
+from typing import TYPE_CHECKING
 
 import emccanon
 from interpreter import INTERP_EXECUTE_FINISH
+
+if TYPE_CHECKING:
+    from chipwise.program.interp import Interp, Steps
 
 WAIT_S = 0.1
 AGAIN_S = 0.03  # of a cycle that has let the task have its turn: the machine rests already, and no blend is lost
@@ -38,14 +44,14 @@ class _Since:
     moves = 0
 
 
-def hand_over():
+def hand_over() -> None:
     """Queue the move before, which LinuxCNC may still hold back to join it with the next one (G64 P Q): it forgets what
     it holds back when a remap yields INTERP_EXECUTE_FINISH (emccanon.cc: chained_points, drop_segments(); 2.9.0~pre1).
     A dwell of 0 s queues it."""
     emccanon.DWELL(0.0)
 
 
-def _size(chunk):
+def _size(chunk: tuple) -> int:
     """Moves of a chunk of lines.chunks()."""
     return sum(lines.count("\n") + 1 for _, lines, *_line in chunk)
 
@@ -53,21 +59,21 @@ def _size(chunk):
 class TaskShare:
     """One cycle's view of it."""
 
-    def __init__(self, interp):
+    def __init__(self, interp: Interp) -> None:
         self._interp, self._began, self._wait_s = interp, time.monotonic(), WAIT_S
 
-    def budget(self, plan_time):
+    def budget(self, plan_time: float) -> float:
         """Computing time (s) of a plan."""
         return plan_time * (RUN_SHARE if self._interp.task else 1)
 
-    def patience(self):
+    def patience(self) -> float:
         """How long (s) to wait for a plan now."""
         if not self._interp.task:
             return PREVIEW_STEP_S
         self._tick()
         return max(0.0, self._wait_s - _Since.seconds)
 
-    def is_over(self, chunk):
+    def is_over(self, chunk: tuple) -> bool:
         """Whether it is the task's turn before a chunk is executed.  A large one begins a turn of its own."""
         if not self._interp.task:
             return False
@@ -75,12 +81,12 @@ class TaskShare:
         size = _size(chunk)
         return _Since.seconds >= WAIT_S or size > TURN_MOVES or _Since.moves > 0 and _Since.moves + size > TURN_MOVES
 
-    def count(self, chunk):
+    def count(self, chunk: tuple) -> None:
         """A chunk has been executed."""
         _Since.moves += _size(chunk)
         self._began = time.monotonic()
 
-    def wait(self):
+    def wait(self) -> Steps:
         """Let the task have its turn, and the machine do what is queued.
 
         The interpreter then takes feed and modes from the machine; F is put back, as it may be a ceiling (ceiling.py).
@@ -94,7 +100,7 @@ class TaskShare:
         self._wait_s = AGAIN_S
         _Since.seconds, _Since.moves, self._began = 0.0, 0, time.monotonic()
 
-    def _tick(self):
+    def _tick(self) -> None:
         now = time.monotonic()
         _Since.seconds += now - self._began
         self._began = now

@@ -6,6 +6,10 @@ The monitor gives the same figures to the realtime side (monitor/limits.py, tool
 while none of them is known there, the spindle standing included, the feed is F (core/feed.h, 15).
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from chipwise.tool_data.bending import largest_force
 from chipwise.tool_data.chip_loads import chip_limit
 from chipwise.glue import program_run
@@ -13,8 +17,11 @@ from chipwise.setup import job
 from chipwise.tool_data.materials import material_of_file
 from chipwise.tool_data.geometry import tool_geometry
 
+if TYPE_CHECKING:
+    from chipwise.glue.state import State
 
-def lacking(state):
+
+def lacking(state: State) -> str:
     """ "" if the chip, the power or the bending of the tool in the spindle is limited, else what to add.  Raises
     CycleError for a material that cannot be."""
     number = state.interp.tool_table[0].toolno

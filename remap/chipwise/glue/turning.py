@@ -10,9 +10,12 @@ LinuxCNC has the tool's offsets (interp_convert.cc, convert_tool_change() and rs
 the largest one under G96.  So the speed comes from the text of the program, and each step says its own.
 """
 
+from __future__ import annotations
+
 import contextlib
 import os
 from dataclasses import replace
+from typing import TYPE_CHECKING, Callable
 
 import emccanon
 from interpreter import INTERP_EXECUTE_FINISH
@@ -25,13 +28,21 @@ from chipwise.turning import stock_file
 from chipwise.turning.blocks import approach
 from chipwise.turning.request import Request, complete, read_program, read_spindle
 
+if TYPE_CHECKING:
+    from chipwise.glue.state import State
+    from chipwise.glue.task_share import TaskShare
+    from chipwise.order import Order, Outcome
+    from chipwise.program.interp import Steps
+    from chipwise.turning.blocks import Turning
+    from chipwise.turning.stock_file import Record, Stage
+
 WORDS, ONE_WORDS = "qpideh", "qpidel"
 _PER_REV = 2  # interp_internal.hh: FEED_MODE
 _NEEDED = ("T", "S", "M3", "M4", "M6")  # codes that a step executes
 SAME = 1e-6  # program units
 
 
-def check_modes(state):
+def check_modes(state: State) -> None:
     """Raise CycleError where a mode is active that G26 does not work in."""
     if state.interp.plane != emccanon.CANON_PLANE.CANON_PLANE_XZ:
         raise CycleError("the plane is not G18", "program G18 before")
@@ -40,12 +51,12 @@ def check_modes(state):
     state.check_common_modes()
 
 
-def order_of(single):
+def order_of(single: bool) -> Callable[[State], Order]:
     """The order of G26 (single False) or G27 (single True) for session.run_cycle: State -> Order."""
     return lambda state: _order(state, single)
 
 
-def _order(state, single):
+def _order(state: State, single: bool) -> Order:
     state.check_words(ONE_WORDS if single else WORDS)
     number, say = state.number("l"), state.number("h") or 0
     if single and (number is None or number < 1):
@@ -71,7 +82,7 @@ def _order(state, single):
     return state.order("turning", fields, job)
 
 
-def _request(state, text):
+def _request(state: State, text: str) -> Request:
     """Request of the line and the modes in force."""
     interp = state.interp
     css, cap, speed = read_spindle(text, program_run.main_line(interp, state.line_number))
@@ -96,7 +107,7 @@ def _request(state, text):
     return complete(request, {**words, "F": interp.feed_rate})
 
 
-def _refuse_remapped():
+def _refuse_remapped() -> None:
     """A remapped code would run the rest of the program inside of the cycle (emit.py)."""
     name = ini.file_name()
     if not name:
@@ -110,9 +121,10 @@ def _refuse_remapped():
             )
 
 
-def carry_out(state, turn, outcome):
+def carry_out(state: State, turn: TaskShare, outcome: Outcome) -> Steps:
     """Execute the blocks of an Outcome: a generator that yields for tool changes and where the task gets its turn."""
-    interp, plan, home = state.interp, outcome.turning, None
+    interp, plan = state.interp, outcome.turning
+    home: tuple[float, float] | None = None
     if plan is None:
         return
     if plan.question and plan.record:
@@ -132,6 +144,7 @@ def carry_out(state, turn, outcome):
                 yield from turn.wait()  # what has been cut is known when it has been cut
                 _note(plan.record, stage)
         if block.back:
+            assert home is not None  # a block that goes back begins with a change
             _emit(state, f"G0 X{home[1]:.10f}", f"G0 Z{home[0]:.10f}")
     if plan.record or plan.blocks and plan.blocks[-1].block.spindle != plan.spindle:
         _emit(state, plan.spindle)
@@ -140,7 +153,7 @@ def carry_out(state, turn, outcome):
             stock_file.end(plan.record)
 
 
-def _ask(state, turn, plan):
+def _ask(state: State, turn: TaskShare, plan: Turning) -> Steps:
     """Stop spindle and program until the operator has confirmed that the part in the chuck is the one that was stopped:
     Resume.
 
@@ -154,17 +167,17 @@ def _ask(state, turn, plan):
     _note(plan.record, stock_file.CONFIRMED)
 
 
-def _note(record, what):
+def _note(record: Record, what: Stage | str) -> None:
     """Append to the file of the stock.  Where that fails it says less than has been cut, which is safe."""
     with contextlib.suppress(OSError):
         stock_file.note(record, what)
 
 
-def _emit(state, *lines):
+def _emit(state: State, *lines: str) -> None:
     emit.emit(state.interp, state.line_number, ((None, "\n".join(lines)),), lathe=True)
 
 
-def _change_tool(state, turn, number):
+def _change_tool(state: State, turn: TaskShare, number: int) -> Steps:
     """T M6 G43; the machine is at rest afterwards."""
     interp = state.interp
     if interp.tool_table[0].toolno != number:
@@ -183,7 +196,7 @@ def _change_tool(state, turn, number):
     _emit(state, "G43")
 
 
-def _check_clear(state, place, clear):
+def _check_clear(state: State, place: tuple[float, float], clear: tuple[float, float]) -> None:
     """Refuse to go on from a place beside the work: the approach has rapids in X and Z, one after the other.
 
     The preview only says it: it begins where the machine is when the program is opened, before homing at zero.

@@ -6,6 +6,10 @@ Called by codes.py through session.run_steps, and by session.py before each code
 nothing is done.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import emccanon
 
 from chipwise.program import preview
@@ -22,6 +26,11 @@ from chipwise.clib import layout
 from chipwise.clib.layout import Fault, Register
 from chipwise.program.program_file import opened_name
 
+if TYPE_CHECKING:
+    from chipwise.glue.state import State
+    from chipwise.program.interp import Interp, Waits, Words
+    from chipwise.settings import Settings
+
 OFF, LIMIT, CONSTANT, WINDOW = map(int, layout.FeedMode)
 
 ENDED = "M251 of MDI has ended with the start of a program, so F is as programmed"
@@ -29,7 +38,7 @@ JOB_TRIES, JOB_WAIT_S = 60, 0.05  # the monitor sees a program begin within 20 m
 TOOL_TRIES, TOOL_WAIT_S = 60, 0.05  # the monitor may be late, or is being started again
 
 
-def begin(interp, another):
+def begin(interp: Interp, another: bool) -> None:
     """Before each code: what has ended is put back.  another: another run of a program, or MDI, begins.
 
     M251 ends with its program.  In MDI it stays, unless the realtime side has ended it (machine off, E-stop), and the
@@ -59,7 +68,7 @@ def begin(interp, another):
         feed_ceiling.begin(interp, *Ceiling.waiting)
 
 
-def _end_of_feed(settings, of_program=False):
+def _end_of_feed(settings: Settings, of_program: bool = False) -> None:
     """Queue for the realtime side that the feed is off and F is not replaced; once more by the next code where this may
     be lost.  of_program: whether a program says so, which ends the set-up of a job (chipwise_command), and not what is
     left of another one."""
@@ -68,7 +77,7 @@ def _end_of_feed(settings, of_program=False):
     InForce.feed_left = task.is_restoring()
 
 
-def _rate(state, letter, meaning):
+def _rate(state: State, letter: str, meaning: str) -> float:
     """A removal rate word (cm3/min or in3/min) as mm3/min."""
     value = state.number(letter)
     unit, per = ("in3/min", MM3_PER_IN3) if state.unit == "in" else ("cm3/min", MM3_PER_CM3)
@@ -85,7 +94,7 @@ def _rate(state, letter, meaning):
     return value * per
 
 
-def _target(state, mode):
+def _target(state: State, mode: float) -> float:
     """mm3/min: Q, or the rate of the nominal cut I, J at the F in force; 0: none of them, and limits of the tool bound
     the feed alone."""
     if not state.has_any("ij"):
@@ -127,7 +136,7 @@ def _target(state, mode):
     return target
 
 
-def _feed_words(state):
+def _feed_words(state: State) -> tuple[int, float, float, float | None]:
     """(mode, target, lower, ceiling) of M251: mm3/min, mm/min; target 0: none; ceiling None where F stays the upper
     limit."""
     state.check_words("qpreij")
@@ -168,7 +177,7 @@ def _feed_words(state):
     return int(mode), target, lower, ceiling
 
 
-def _wait_for_the_tool(state):
+def _wait_for_the_tool(state: State) -> Waits:
     """Wait until the tool in the spindle is known to the stock tracker; CycleError where it does not get known."""
     for _ in range(int(patience(TOOL_TRIES))):
         yield
@@ -184,7 +193,7 @@ def _wait_for_the_tool(state):
     )
 
 
-def feed_on(state):
+def feed_on(state: State) -> Waits:
     """M251."""
     mode, target, lower, ceiling = _feed_words(state)
     if not state.interp.task:
@@ -218,7 +227,7 @@ def feed_on(state):
     yield from _begin_ceiling(state, ceiling)
 
 
-def _say_what_is_in_force(loaded):
+def _say_what_is_in_force(loaded: tuple[str, object] | None) -> None:
     if not InForce.stock_here:
         emccanon.MESSAGE("chipwise: M251: this program has not defined a stock, so the one in force is used")
     if program_run.is_mdi():
@@ -227,7 +236,7 @@ def _say_what_is_in_force(loaded):
             emccanon.MESSAGE(f"chipwise: {printable(opened_name(loaded[0]))} takes M251 into its next run, once")
 
 
-def _begin_ceiling(state, ceiling):
+def _begin_ceiling(state: State, ceiling: float | None) -> Waits:
     """F is replaced from here on, or, where run from line reads over the line, from the first code behind the start
     line."""
     output = state.settings["ANALOG_OUT"] + 2
@@ -240,7 +249,7 @@ def _begin_ceiling(state, ceiling):
         Ceiling.waiting = ceiling, output
 
 
-def feed_off(state):
+def feed_off(state: State) -> Waits:
     """M252."""
     state.check_words("")
     if not state.interp.task:
@@ -253,7 +262,7 @@ def feed_off(state):
     yield
 
 
-def _no_ceiling(state):
+def _no_ceiling(state: State) -> Waits:
     """F is the machine's feed again, before the override may rise to 1."""
     if Ceiling.value is None:
         return
@@ -261,7 +270,7 @@ def _no_ceiling(state):
     yield
 
 
-def keep_line_number(interp, words):
+def keep_line_number(interp: Interp, words: Words) -> None:
     """Let a move on the line of an F keep its line number.
 
     LinuxCNC 2.9 goes on with the rest of the line under the number that the calling frame was left with, which nobody
@@ -272,7 +281,7 @@ def keep_line_number(interp, words):
         interp.sub_context[interp.call_level - 1].sequence_number = int(words["n"])
 
 
-def job_is_due(interp):
+def job_is_due(interp: Interp) -> bool:
     """Whether this is the main program's first F, and it has a set-up (monitor/set_up.py) or M251 of MDI.  In a tool
     change that is remapped the level is deeper: there the old tool is still in."""
     if (
@@ -289,7 +298,7 @@ def job_is_due(interp):
     return InForce.feed_carried or not InForce.feed and (ceiling > 1.0 or waits or air)
 
 
-def begin_job(interp):
+def begin_job(interp: Interp) -> Waits:
     """The set-up's ceiling from here on: a generator that waits until the realtime side has the set-up in force.  Where
     that does not come the feed stays at most F.  Adaptive feed that waits is switched on here: chipwise-monitor may do
     so in manual mode and MDI only."""
@@ -313,7 +322,7 @@ def begin_job(interp):
         )
 
 
-def _begin_carried(interp, settings):
+def _begin_carried(interp: Interp, settings: Settings) -> Waits:
     """The ceiling of M251 of MDI from here on; or that has ended."""
     for _ in range(int(patience(JOB_TRIES))):
         yield
@@ -330,7 +339,7 @@ def _begin_carried(interp, settings):
         feed_ceiling.begin(interp, InForce.ceiling, settings["ANALOG_OUT"] + 2)
 
 
-def program_feed(interp, feed):
+def program_feed(interp: Interp, feed: float) -> None:
     """The remapped F: what LinuxCNC does itself, and the ceiling where one is active."""
     interp.feed_rate = feed
     set_canon_feed(interp, feed)

@@ -6,8 +6,11 @@ Called by stock_codes.py.  Comments as in docs/user/codes.md:
     (WORKPIECE,CYLINDER,AXIS=Z,X=..,Y=..,ZMIN=..,ZMAX=..,DIAMETER=..)
 """
 
+from __future__ import annotations
+
 import itertools
 import math
+from typing import TYPE_CHECKING, Sequence
 
 from chipwise.program import comments
 from chipwise.stock import shape_comment
@@ -15,10 +18,14 @@ from chipwise.errors import CycleError
 from chipwise.stock.shape_comment import BOX, CYLINDER
 from chipwise.clib.layout import MAX_COORDINATE, MIN_SIZE
 
+if TYPE_CHECKING:
+    from chipwise.glue.state import State
+    from chipwise.settings import Settings
+
 CORNER_WORDS, SIZE_WORDS = "pqr", "ijk"
 
 
-def box_from_words(state):
+def box_from_words(state: State) -> tuple[list[float], list[float]] | None:
     """(low, high), mm, work coordinates, from P Q R I J K; None when none of them is given."""
     given = [letter for letter in CORNER_WORDS + SIZE_WORDS if state.number(letter) is not None]
     if not given:
@@ -35,12 +42,12 @@ def box_from_words(state):
     return low, [a + b for a, b in zip(low, size)]
 
 
-def parse_comment(text):
+def parse_comment(text: str) -> tuple[list[float], list[float], int]:
     """Inside of a WORKPIECE comment -> (low, high, shape): shape_comment.parse."""
     return shape_comment.parse(text, "WORKPIECE", "stock")
 
 
-def find_comment(path, line_number):
+def find_comment(path: str, line_number: int) -> str | None:
     """Inside of the last WORKPIECE comment up to a line of a program, else of the first one; None without."""
     first = None
     try:
@@ -56,9 +63,11 @@ def find_comment(path, line_number):
     return first
 
 
-def stock_of(state):
+def stock_of(state: State) -> tuple[list[float], list[float], int, float]:
     """(low, high, shape, turn) in mm and degrees, machine coordinates of the tool tip, for the stock this M250 asks
     for."""
+    low: Sequence[float]
+    high: Sequence[float]
     box, shape = box_from_words(state), BOX
     if box is None:
         text = find_comment(state.program(), state.line_number)
@@ -74,10 +83,10 @@ def stock_of(state):
     else:
         low, high, turn = to_machine(state, *box)
     more = allowance(state)
-    return [v - more for v in low[:2]] + [low[2]], [v + more for v in high], shape, turn
+    return [low[0] - more, low[1] - more, low[2]], [v + more for v in high], shape, turn
 
 
-def allowance(state):
+def allowance(state: State) -> float:
     """How much larger than said the stock is taken to be, at its sides and top, mm."""
     value = state.parameter("_chipwise_allowance")
     if value is None:
@@ -92,14 +101,16 @@ def allowance(state):
     return value * state.unit_mm
 
 
-def cylinder_to_machine(state, low, high):
+def cylinder_to_machine(state: State, low: Sequence[float], high: Sequence[float]) -> tuple[list[float], list[float]]:
     """As to_machine(), of a cylinder along Z, which a rotation leaves as it is."""
     radius = (high[0] - low[0]) / 2
     x, y, bottom = state.machine_point([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])
     return [x - radius, y - radius, bottom], [x + radius, y + radius, bottom + high[2] - low[2]]
 
 
-def to_machine(state, low, high):
+def to_machine(
+    state: State, low: Sequence[float], high: Sequence[float]
+) -> tuple[Sequence[float], Sequence[float], float]:
     """Work box -> (low, high, turn): the machine box, mm, and the degrees it is turned by about its middle."""
     turn = state.interp.rotation_xy
     if turn % 90 == 0:  # upright all the same
@@ -114,7 +125,7 @@ def to_machine(state, low, high):
     )
 
 
-def check_extent(low, high):
+def check_extent(low: Sequence[float], high: Sequence[float]) -> None:
     """Raise CycleError for a box that the stock tracker refuses: components/core/stock.h."""
     for axis, a, b in zip("XYZ", low, high):
         if not b - a >= MIN_SIZE:
@@ -134,7 +145,7 @@ def check_extent(low, high):
             )
 
 
-def check_fits(settings, low, high, turn=0.0):
+def check_fits(settings: Settings, low: Sequence[float], high: Sequence[float], turn: float = 0.0) -> list[float]:
     """Raise CycleError where the box is larger than the map; -> its size in X and Y there, mm."""
     room = settings["MAP_SIZE"]
     size = [b - a for a, b in zip(low, high)]

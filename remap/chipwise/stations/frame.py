@@ -15,6 +15,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from typing import Sequence
 
 from chipwise.errors import CycleError
 from chipwise.stations import ON_X, ON_Y, ORIGIN
@@ -54,7 +55,7 @@ class Frame:
         """(x, y, z) of the machine -> (x, y, z) of the station."""
         return tuple((np.array(self.matrix).T @ (np.array(place, float) - np.array(self.origin))).tolist())
 
-    def predicted_error(self, place, error: float) -> float:
+    def predicted_error(self, place: Sequence[float], error: float) -> float:
         """How far (mm) a place (x, y, z) of the station may be off if each point may be off by `error` mm (principle
         4)."""
         numbers = [number for number, _ in self.points]
