@@ -6,6 +6,7 @@ Called by simulate.py and by rewrite/.  Lengths mm, machine coordinates of the t
 """
 
 import math
+from typing import Iterator, NamedTuple, Union
 
 import numpy as np
 
@@ -30,19 +31,30 @@ def check_finite(block):
         raise Unreadable("a number is not finite", "give every expression a value", int(block[bad][0, 1]))
 
 
-def parts(block, last=False):
-    """Yield (moves, kind, line, values) of a block of records, in its order: consecutive moves (n, WIDTH) with whether
-    the machine waits behind them, or None with the kind, line and values of one other record.  last: nothing follows
-    the block."""
+class Moved(NamedTuple):
+    """Consecutive moves (n, WIDTH) of a block of records; stops: whether the machine waits behind them."""
+
+    moves: np.ndarray
+    stops: bool
+
+
+class Other(NamedTuple):
+    """A record that is no move."""
+
+    kind: int
+    line: int
+    values: list[float]
+
+
+def parts(block: np.ndarray, last: bool = False) -> Iterator[Union[Moved, Other]]:
+    """Yield the parts of a block of records, in its order.  last: nothing follows the block."""
     kinds, start = block[:, 0].astype(int), 0
     for event in (*np.flatnonzero(kinds > records.ARC).tolist(), len(block)):
         if event > start:
-            yield (
-                block[start:event],
-                kinds[event] not in (records.PATH, records.SPINDLE) if event < len(block) else last,
-            )
+            stops = kinds[event] not in (records.PATH, records.SPINDLE) if event < len(block) else last
+            yield Moved(block[start:event], stops)
         if event < len(block):
-            yield None, int(kinds[event]), int(block[event, 1]), block[event, 2:].tolist()
+            yield Other(int(kinds[event]), int(block[event, 1]), block[event, 2:].tolist())
         start = event + 1
 
 

@@ -79,11 +79,11 @@ class Simulation(ToothRules):
     def take(self, block, last=False):
         """One block of records.  last: nothing follows."""
         rules.check_finite(block)
-        for moves, *event in rules.parts(block, last):
-            if moves is None:
-                self._event(*event)
+        for part in rules.parts(block, last):
+            if isinstance(part, rules.Other):
+                self._event(*part)
             else:
-                self._moves(moves, *event)
+                self._moves(*part)
 
     def _event(self, kind, line, values):
         if kind == records.TOOL:

@@ -71,11 +71,11 @@ class Survey:
     def take(self, block):
         """One block of records."""
         rules.check_finite(block)
-        for moves, *event in rules.parts(block):
-            if moves is None:
-                self._event(*event)
+        for part in rules.parts(block):
+            if isinstance(part, rules.Other):
+                self._event(*part)
             else:
-                self._moves(moves, *event)
+                self._moves(*part)
 
     def _event(self, kind, _line, values):
         if kind == records.TOOL:

@@ -23,7 +23,7 @@ _STEP_X, _STEP_Y = (
     (math.sqrt(5.0) - 1.0) / 2.0,
 )  # shifts that fill a cell evenly, in any direction
 
-MET = np.dtype(layout.HeightMet)
+MET: np.dtype = np.dtype(layout.HeightMet)
 
 
 @dataclass(frozen=True)

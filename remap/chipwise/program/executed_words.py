@@ -8,6 +8,7 @@ moment.
 """
 
 import functools
+from typing import TypedDict
 
 from chipwise.program.records import MARK
 
@@ -35,6 +36,36 @@ NOT_KNOWN = [
 ]  # P and Q of G64 after a change of units (2.9: gcodemodule.cc, GET_EXTERNAL_MOTION_CONTROL_TOLERANCE)
 _MM = {1: 25.4, 2: 1.0, 3: 10.0}  # of a length unit, by this.length_units
 _ONLY_MOVES = {0, 1, 2, 3, 80, 90, 91}
+
+
+class Watched(TypedDict):
+    """Parameters of the user that a program sets: their numbers and names."""
+
+    numbers: list[int]
+    names: list[str]
+
+
+class Active(TypedDict):
+    """The modal codes in force: G codes ten times, M codes; settings: F, S, P and Q of G64, in the units in force."""
+
+    g: list[int]
+    m: list[int]
+    settings: list[float]
+
+
+class MarkItem(TypedDict, total=False):
+    """What a mark refers to, as JSON.  g, m, words: of a line with WORDS; comment, said: of a COMMENT; state,
+    parameters, changed, active: of BEGIN, END and STATE."""
+
+    g: list[float]
+    m: list[int]
+    words: dict[str, float]
+    comment: bool
+    said: str
+    state: dict[str, float]
+    parameters: dict[str, float]
+    changed: dict[str, float]
+    active: Active
 
 
 class Trace:

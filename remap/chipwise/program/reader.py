@@ -22,7 +22,7 @@ import struct
 import subprocess
 import time
 from dataclasses import dataclass
-from typing import Optional
+from typing import Optional, TypedDict
 
 import numpy as np
 
@@ -68,7 +68,7 @@ class Machine:
 
     tool = 0
     diameters: dict = {}
-    spindle = None
+    spindle: Optional[int] = None
     block_delete = False
     added: tuple = ()
     limits: tuple = ()
@@ -150,6 +150,16 @@ def runs_python(ini):
         return load_settings(ini)["PROGRAM_PYTHON"]
     except CycleError:
         return False
+
+
+class Limits(TypedDict, total=False):
+    """Fields of a Reading that bound what reading may take."""
+
+    quiet_s: float
+    cpu_s: float
+    most_moves: int
+    most_bytes: int
+    memory_mb: Optional[int]
 
 
 @dataclass(frozen=True)

@@ -12,25 +12,43 @@ So
 What the user names is not assumed.
 """
 
+from __future__ import annotations
+
 import copy
+from typing import TYPE_CHECKING
 
 from chipwise.check.assume import assume, surveyed
 from chipwise.program.reader import Reader, Unreadable
 from chipwise.errors import format_length
 from chipwise.rewrite import depth_proof, read_back
 
+if TYPE_CHECKING:
+    from chipwise.check.assume import Assumption
+    from chipwise.clib.arrays import Corners
+    from chipwise.program.reader import Limits, Machine
+    from chipwise.rewrite.run import Job
+    from chipwise.tool_data.geometry import ToolGeometry
+
 NEVER_RAISED = "no F is raised, because nobody has confirmed that"
 
 
-def assumed(path, machine, line, stock, tool, diameter, limits):
+def assumed(
+    path: str,
+    machine: Machine,
+    line: int,
+    stock: Corners | None,
+    tool: int | None,
+    diameter: float | None,
+    limits: Limits,
+) -> Assumption:
     """Assumption for a program that cannot be cut in `line`.  Raises Unknown."""
-    limits = {key: value for key, value in limits.items() if key in ("cpu_s", "quiet_s", "memory_mb")}
+    few = {key: value for key, value in limits.items() if key in ("cpu_s", "quiet_s", "memory_mb")}
     return assume(
-        surveyed(Reader(path, machine, None, **limits), machine), path, machine, line, bool(stock), tool, diameter
+        surveyed(Reader(path, machine, None, **few), machine), path, machine, line, bool(stock), tool, diameter
     )
 
 
-def machine_with(machine, assumption):
+def machine_with(machine: Machine, assumption: Assumption) -> Machine:
     """A reader.Machine with the tools of an Assumption."""
     result = copy.copy(machine)
     result.diameters = {number: tool.diameter for number, tool in assumption.tools.items()}
@@ -38,7 +56,7 @@ def machine_with(machine, assumption):
     return result
 
 
-def geometry_with(geometry, assumption):
+def geometry_with(geometry: dict[int, ToolGeometry], assumption: Assumption) -> dict[int, ToolGeometry]:
     """{number: ToolGeometry} with the tools of an Assumption: a number's own counts if it is that tool's."""
     result = dict(geometry)
     for number, tool in assumption.tools.items():
@@ -49,16 +67,16 @@ def geometry_with(geometry, assumption):
     return result
 
 
-def keep_flutes(job):
+def keep_flutes(job: Job) -> tuple[bytes, str]:
     """The program's own bytes and what is said, if its flutes are long enough; else Unreadable [2]."""
     found = depth_proof.too_deep(job.program, job.geometry, job.cell, read_back.OVER_MM)
     if found:
-        worst = max(found, key=lambda witness: witness.depth - witness.tool.flute_length)
+        worst = max(found, key=lambda witness: witness.depth - witness.tool.flutes)
         unit = job.machine.unit
         raise Unreadable(
             f"tool {worst.tool.number} cuts {format_length(round(worst.depth, 3), unit)} deep in the assumed stock, "
             f"its flutes are "
-            f"{format_length(worst.tool.flute_length, unit)} long, and no traverse is laid over a stock or beside a "
+            f"{format_length(worst.tool.flutes, unit)} long, and no traverse is laid over a stock or beside a "
             f"tool that nobody has confirmed",
             "name the stock with --stock, the tool with --tool and its diameter",
             worst.line,

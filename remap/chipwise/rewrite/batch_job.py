@@ -4,15 +4,36 @@
 Called by cli/rewrite_folder.py in a process of its own, and by cli/cluster_runner.py.
 """
 
+from __future__ import annotations
+
 import os
 from dataclasses import dataclass
-from typing import Optional
+from typing import TYPE_CHECKING, Callable, Optional, TypedDict
 
 from chipwise.program.reader import Unreadable
 from chipwise.errors import of_unexpected, unnamed
 from chipwise.host.temp_folder import FolderError
 from chipwise.rewrite.read_back import Different
 from chipwise.rewrite.run import rewritten
+
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Corners
+    from chipwise.program.reader import Machine
+    from chipwise.rewrite.run import Order
+
+
+class Arguments(TypedDict, total=False):
+    """Those of run.rewritten(), but for the program; the last three are limits of reader.Reader."""
+
+    order: Order
+    machine: Machine
+    stock: Corners | None
+    cell: float | None
+    tool: int | None
+    diameter: float | None
+    cpu_s: float
+    quiet_s: float
+    memory_mb: float
 
 
 @dataclass
@@ -22,15 +43,15 @@ class Rewritten:
     program: str
     data: bytes = b""
     said: str = ""
-    error: Optional[tuple] = None
+    error: Optional[tuple[str, int]] = None
 
 
-def failed(program, text):
+def failed(program: str, text: str) -> Rewritten:
     """The Rewritten of a program that nothing is written for."""
     return Rewritten(program, error=(text, 0))
 
 
-def one(program, progress, arguments):
+def one(program: str, progress: Callable[[float], object], arguments: Arguments) -> Rewritten:
     """The Rewritten, also after an unexpected error.  arguments: those of run.rewritten()."""
     try:
         return Rewritten(program, *rewritten(program, progress=progress, **arguments))

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The blocks of a program's text: subs, calls, loops and conditions.  Called by program.py and line_marks.py."""
 
+from __future__ import annotations
+
 import re
 from dataclasses import dataclass, field
+from typing import Iterable
 
 _O_WORD = re.compile(rb"^\s*(?:/\s*)?(?:n\s*\d[\d\s]*)?o\s*(?:<([^>]*)>|(\d+)|(#\S+|\[[^\]]*\]))\s*([a-z]+)", re.I)
 _M98 = re.compile(rb"^[^(;]*(?<![a-z<_])m\s*98(?!\d)", re.I)
@@ -27,20 +30,20 @@ class Blocks:
     outermost Blocks by the number of each of their lines; subs that the file defines, subs that it calls (None: an
     expression names it)."""
 
-    inside: set = field(default_factory=set)
-    subs: set = field(default_factory=set)
+    inside: set[int] = field(default_factory=set)
+    subs: set[int] = field(default_factory=set)
     calls: bool = False
-    outermost: dict = field(default_factory=dict)
-    defined: set = field(default_factory=set)
-    called: set = field(default_factory=set)
+    outermost: dict[int, Block] = field(default_factory=dict)
+    defined: set[bytes | None] = field(default_factory=set)
+    called: set[bytes | None] = field(default_factory=set)
 
 
-def _number(digits):
+def _number(digits: bytes) -> bytes:
     """O0100 is O100."""
     return str(int(digits)).encode()
 
 
-def o_word(text):
+def o_word(text: bytes) -> tuple[bytes | None, bytes] | None:
     """(name as bytes or None: an expression, keyword) of an O-line, else None."""
     match = _O_WORD.match(text)
     if not match:
@@ -49,10 +52,10 @@ def o_word(text):
     return name, match[4].lower()
 
 
-def blocks_of(lines):
+def blocks_of(lines: Iterable[bytes]) -> Blocks:
     """The Blocks of a program: lines of bytes."""
     result, begun = Blocks(), 0
-    stack: list = []
+    stack: list[tuple[bytes, bytes | None]] = []
     in_sub = False
     for number, text in enumerate(lines, 1):
         if text[:1] in _MOVES and b"M" not in text and b"m" not in text:
@@ -85,7 +88,7 @@ def blocks_of(lines):
     return result
 
 
-def _call(result, text, name, word):
+def _call(result: Blocks, text: bytes, name: bytes | None, word: bytes | None) -> bool:
     """Whether a line calls a sub, which is noted."""
     if word == b"call":
         result.calls = True

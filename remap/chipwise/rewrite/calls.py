@@ -9,9 +9,12 @@ Called by run.py.
  3. Until nothing that has to change is in a block: which moves these are, the last digit may decide.
 """
 
+from __future__ import annotations
+
 import dataclasses
 import math
 import os
+from typing import TYPE_CHECKING, Callable, Iterator, Sequence, TypeVar
 
 import numpy as np
 
@@ -23,24 +26,42 @@ from chipwise.rewrite import kept_codes
 from chipwise.rewrite.marked_reader import AT, ITEM, LINE_NUMBER, WHAT, Followed, modes_of
 from chipwise.rewrite.unroll import Unroller
 
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Corners
+    from chipwise.program.executed_words import MarkItem
+    from chipwise.program.reader import Limits, Machine
+    from chipwise.rewrite.blocks import Block
+    from chipwise.rewrite.edits import Edits
+    from chipwise.rewrite.program import Program
+
+_Figures = TypeVar("_Figures")  # those of flute.py or feed.py
+
 ROUNDS = 5
 SAME = 1e-9  # of parameters
 STATE_MM = 0.001  # of the state behind a block: positions, lengths, speeds
 FEED_SHARE = 1e-5  # the last digit of F
 
 
-def has_blocks(program):
+def has_blocks(program: Program) -> bool:
     """Whether a move's line does not say where in the program it is."""
     return bool(program.blocks.outermost)
 
 
-def written_out(program, found, edits_of, read_it, machine, stock, limits):
+def written_out(
+    program: Program,
+    found: tuple[Edits, _Figures],
+    edits_of: Callable[[Program], tuple[Edits, _Figures]],
+    read_it: Callable[[str], Program],
+    machine: Machine,
+    stock: Corners | None,
+    limits: Limits,
+) -> tuple[Followed, tuple[Edits, _Figures]]:
     """-> (Followed program, its (Edits, Figures)): no step that they change is in a block.
 
     found: (Edits, Figures) of the Program; edits_of: Program -> (Edits, Figures); read_it: path -> Program; machine,
     stock, limits: of reader.Reader.  Raises Unreadable, Different.
     """
-    now, (edits, figures) = Followed(program, machine, stock, **limits), found
+    now, (edits, figures) = Followed(program, machine, stock, limits=limits), found
     for _ in range(ROUNDS):
         blocks = {block for block in map(now.program.block_of, edits.changed()) if block}
         if not blocks:
@@ -54,7 +75,14 @@ def written_out(program, found, edits_of, read_it, machine, stock, limits):
     raise Unreadable(f"calls and loops cannot be written out in {ROUNDS} rounds", "write the program out without them")
 
 
-def _without(now, blocks, read_it, machine, stock, limits):
+def _without(
+    now: Followed,
+    blocks: set[Block],
+    read_it: Callable[[str], Program],
+    machine: Machine,
+    stock: Corners | None,
+    limits: Limits,
+) -> Followed:
     """The Followed program without some Blocks [2]."""
     unroller = Unroller(now)
     data = unroller.write(blocks)
@@ -62,7 +90,7 @@ def _without(now, blocks, read_it, machine, stock, limits):
         path = put(folder, os.path.basename(now.program.path), data)
         try:
             new = read_it(path)
-            after = Followed(new, machine, stock, now, unroller, **limits)
+            after = Followed(new, machine, stock, now, unroller, limits=limits)
         except Unreadable as error:
             raise read_back.Different(f"with its calls and loops written out it cannot be read ({error})") from error
     same_program(now.program, new)
@@ -72,7 +100,7 @@ def _without(now, blocks, read_it, machine, stock, limits):
     return after
 
 
-def same_program(first, second):
+def same_program(first: Program, second: Program) -> None:
     """Raises Different where two Programs do not make the same moves, one for one, with the same tools, stocks and
     feeds."""
     one, two = (np.array(read_back.real_steps(p), int) for p in (first, second))
@@ -100,7 +128,7 @@ def same_program(first, second):
         raise read_back.Different("tools, stocks or dwells have changed")
 
 
-def same_codes(first, second):
+def same_codes(first: Program, second: Program) -> None:
     """Raises Different where two Programs that have been read with marks do not run the same codes between the same
     moves."""
     one, two = _codes(first), _codes(second)
@@ -111,13 +139,15 @@ def same_codes(first, second):
         raise read_back.Different(f"{len(two)} lines do something besides moving instead of {len(one)}")
 
 
-def _codes(program):
+def _codes(program: Program) -> list[tuple[int, int, Sequence[tuple[object, ...]]]]:
     """[(line, moves before it, codes and their values)] of the lines that do something besides moving."""
-    steps, result = program.first[read_back.real_steps(program)], []
+    steps = program.first[read_back.real_steps(program)]
+    result: list[tuple[int, int, Sequence[tuple[object, ...]]]] = []
     for mark in program.marks[(program.marks[:, WHAT] == LINE) & (program.marks[:, ITEM] >= 0)]:
         item, line = program.items[int(mark[ITEM])], int(mark[LINE_NUMBER])
         if "comment" in item:
             continue
+        codes: list[tuple[object, ...]]
         try:
             codes = [(letter, round(value, 6)) for letter, value in kept_codes.kept(item, line)[0]]
         except Unreadable:
@@ -127,7 +157,7 @@ def _codes(program):
     return result
 
 
-def _same_state(first, second):
+def _same_state(first: Program, second: Program) -> None:
     """Raises Different where something else holds behind a block."""
     one, two = (
         {int(mark[LINE_NUMBER]): mark for mark in p.marks if mark[WHAT] == what}
@@ -144,8 +174,8 @@ def _same_state(first, second):
             raise read_back.Different(f"behind the block of line {line} other modes are in force")
 
 
-def _pairs(one, two):
+def _pairs(one: MarkItem, two: MarkItem) -> Iterator[tuple[str, float | None, float | None, float]]:
     """(name, value, value, how much they may differ) of the parameters and the state behind a block."""
-    for kind, most in (("parameters", SAME), ("state", STATE_MM)):
-        for name in sorted({*one[kind], *two[kind]}):
-            yield name, one[kind].get(name), two[kind].get(name), most
+    for first, second, most in ((one["parameters"], two["parameters"], SAME), (one["state"], two["state"], STATE_MM)):
+        for name in sorted({*first, *second}):
+            yield name, first.get(name), second.get(name), most

@@ -5,10 +5,12 @@ components/offline/depth_proof.c from Python.
 Called by run.py.  Lengths mm, machine coordinates of the tool's tip.
 """
 
+from __future__ import annotations
+
 import ctypes as C
 import math
 from dataclasses import dataclass
-from typing import Optional
+from typing import TYPE_CHECKING, Optional
 
 import numpy as np
 
@@ -18,6 +20,12 @@ from chipwise.clib.height_map import CYLINDER
 from chipwise.rewrite import sections as cutting
 from chipwise.clib import layout
 from chipwise.clib.library import library
+
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Floats, Ints, Records
+    from chipwise.clib.height_map import HeightMap
+    from chipwise.rewrite.program import Moves, Program
+    from chipwise.tool_data.geometry import ToolGeometry
 
 ROOM = (
     2_000_000  # witnesses of one stock that are found: a long program has one in every few moves before it is repeated
@@ -34,7 +42,8 @@ NO_CLEARANCE = -1.0  # of chip_proof_tool: of feed moves
 
 ELSEWHERE = -1 << 31  # CHIP_PROOF_ELSEWHERE
 
-TOOL, FOUND = np.dtype(layout.ProofTool), np.dtype(layout.ProofFound)
+TOOL: np.dtype = np.dtype(layout.ProofTool)
+FOUND: np.dtype = np.dtype(layout.ProofFound)
 
 
 @dataclass(frozen=True)
@@ -49,32 +58,32 @@ class Witness:
     depth: float
     tool: cutting.Tool
     line: int
-    place: tuple
-    traverse: Optional[tuple] = None
+    place: tuple[float, ...]
+    traverse: Optional[tuple[float, ...]] = None
 
 
 @dataclass
 class _Stock:
     """A height map's shape, and the moves in it: tools, [(first, end, index of the tool, limit)]."""
 
-    map: object
-    tools: list
-    parts: list
+    map: HeightMap
+    tools: list[cutting.Tool]
+    parts: list[tuple[cutting.Cut, int, float]]
 
 
-def _stocks(program, geometry, cell, over):
+def _stocks(program: Moves, geometry: dict[int, ToolGeometry], cell: float, over: float) -> list[_Stock]:
     """[_Stock] of a program."""
-    found = []
+    found: list[_Stock] = []
     for section, stock in cutting.in_stock(program, cutting.sections(program, geometry), cell):
         if not found or found[-1].map is not stock:
             found.append(_Stock(stock, [], []))
-        limit = cutting.finite_room(section.tool.flute_length) + over
+        limit = section.tool.flutes + over
         found[-1].parts.append((section, len(found[-1].tools), limit))
         found[-1].tools.append(section.tool)
     return found
 
 
-def not_judged(number):
+def not_judged(number: int | Ints) -> int | Ints:
     """What chip_proof_path has as the tool of a move that is cut and not judged: of that of its tool, and back."""
     return ~number
 
@@ -89,16 +98,16 @@ class Path:
     tool: np.ndarray
     index: np.ndarray
 
-    def place(self, move, share):
+    def place(self, move: int, share: float) -> Floats:
         """(3,): of the tip at a share of a move."""
         begin = self.to[move - 1] if move else self.start
         return begin + share * (self.to[move] - begin)
 
-    def ends_of(self, move):
+    def ends_of(self, move: int) -> tuple[float, ...]:
         """Where a move begins and ends (6,)."""
         return (*self.place(move, 0.0).tolist(), *self.place(move, 1.0).tolist())
 
-    def check_traverses(self, tools, top):
+    def check_traverses(self, tools: int, top: float) -> None:
         """Those of them are judged that have stock at their side: not straight up, nor above `top` (mm).  Their tools
         are the ones `tools` further in the table."""
         steps = np.diff(self.to, axis=0, prepend=self.start[None])
@@ -107,11 +116,11 @@ class Path:
         judged = (self.tool < 0) & (self.tool != ELSEWHERE) & ~up & (lowest < top - layout.PROOF_LEVEL)
         self.tool[judged] = tools + not_judged(self.tool[judged])
 
-    def struct(self):
+    def struct(self) -> layout.ProofPath:
         return layout.ProofPath(self.start.ctypes.data, self.to.ctypes.data, self.tool.ctypes.data, len(self.to))
 
 
-def _path(program, stock):
+def _path(program: Moves, stock: _Stock) -> Path:
     """The Path of a program in a _Stock.  Its places are the program's own, not a copy, if the moves follow one
     another."""
     parts = [(s.first, s.end, tool) for s, tool, _ in stock.parts]
@@ -130,7 +139,7 @@ def _path(program, stock):
     return Path(start, np.ascontiguousarray(to, np.float64), tool, index)
 
 
-def path_of(program, sections, tools):
+def path_of(program: Program, sections: list[cutting.Section], tools: list[cutting.Tool]) -> Path:
     """The Path of all of a Program's moves; tools: cutting.Tools, those of the Sections."""
     tool, to = np.full(len(program.kind), ELSEWHERE, np.int32), program.end
     for section in sections:
@@ -144,7 +153,7 @@ def path_of(program, sections, tools):
     return Path(np.array(program.start(0), float), to, tool, np.arange(len(tool), dtype=np.int32))
 
 
-def shape_of(stock):
+def shape_of(stock: HeightMap) -> layout.ProofStock:
     """ProofStock of a HeightMap."""
     turn = math.radians(stock.turn)
     (x0, y0, z0), (x1, y1, z1) = stock.low, stock.high
@@ -162,7 +171,7 @@ def shape_of(stock):
     )
 
 
-def table_of(tools, limits):
+def table_of(tools: list[cutting.Tool], limits: list[float]) -> Records:
     """TOOL records of cutting.Tools with the depths (mm) that are allowed."""
     table = np.zeros(len(tools), TOOL)
     table["clearance"] = NO_CLEARANCE
@@ -173,20 +182,22 @@ def table_of(tools, limits):
     return table
 
 
-def cell_of(stock, tools):
+def cell_of(stock: HeightMap, tools: Records) -> float:
     """mm: the cell of the proof's map of a HeightMap and TOOL records: a matter of time and memory."""
     wide = max(1e-3, (stock.nx * stock.cell) * (stock.ny * stock.cell))
     return max(float(tools["radius"].min()) * 2 / CELLS_ACROSS, math.sqrt(wide / MOST_CELLS))
 
 
-def with_traverses(tools, clearance):
+def with_traverses(tools: Records, clearance: float) -> Records:
     """TOOL records with those of their traverses behind, which keep a clearance (mm)."""
     traverses = tools.copy()
     traverses["limit"], traverses["clearance"] = layout.PROOF_LEVEL, clearance
     return np.concatenate((tools, traverses))
 
 
-def too_deep(program, geometry, cell, over, clearance=None):
+def too_deep(
+    program: Moves, geometry: dict[int, ToolGeometry], cell: float, over: float, clearance: float | None = None
+) -> list[Witness]:
     """[Witness] of a Program: places where a feed move cuts deeper than the flutes are long, and `over` (mm); with a
     clearance (mm) also those that are nearer to a traverse.
 
@@ -230,7 +241,7 @@ def too_deep(program, geometry, cell, over, clearance=None):
     return result
 
 
-def _witness(number, one, program, path, tools):
+def _witness(number: int, one: np.void, program: Moves, path: Path, tools: list[cutting.Tool]) -> Witness:
     """Witness of a record of FOUND; number: of the stock; tools: of the stock, those of traverses follow them in the
     path."""
     move = int(one["move"])
@@ -247,7 +258,7 @@ def _witness(number, one, program, path, tools):
     )
 
 
-def _deepest(found, path, limits):
+def _deepest(found: Records, path: Path, limits: Floats) -> Records:
     """ProofFound records: MOST of them, those that are deepest over their limits (m,), in their order."""
     if len(found) <= MOST:
         return found
@@ -258,7 +269,7 @@ def _deepest(found, path, limits):
     return found[np.sort(np.argpartition(-over, MOST)[:MOST])]
 
 
-def but_own(found, own):
+def but_own(found: list[Witness], own: list[Witness]) -> list[Witness]:
     """[Witness] without those of traverses that begin and end where one of `own` does, which are Witnesses of the
     program's own."""
     ends = np.array([witness.traverse for witness in own if witness.traverse]).reshape(-1, 6)
@@ -267,7 +278,7 @@ def but_own(found, own):
     ]
 
 
-def with_needles(needles, found):
+def with_needles(needles: dict[int, Floats], found: list[Witness]) -> dict[int, Floats]:
     """{number of the stock: places (n, 2)} with those of Witnesses besides; of places nearer than APART_MM one
     stays."""
     result = dict(needles)

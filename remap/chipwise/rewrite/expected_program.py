@@ -5,7 +5,10 @@ Called by run.py, so that a trial that is too deep need be neither written nor r
 the tool's tip.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +17,11 @@ from chipwise.rewrite import path_moves
 from chipwise.rewrite.edits import Move
 from chipwise.rewrite.growable_array import Growing
 from chipwise.rewrite.program import Lead, Moves
+
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Bools, Floats, Ints
+    from chipwise.rewrite.edits import Edits, Table
+    from chipwise.rewrite.program import Event, Program
 
 PART_STEPS = 16_384  # of the program that are worked on at a time
 PART_MOVES = 65_536  # that are compared at a time
@@ -29,11 +37,11 @@ class Foreseen(Moves):
     line: np.ndarray
     end: np.ndarray
     feed: np.ndarray
-    events: list
+    events: list[Event]
     lead: Lead = Lead()
 
 
-def foreseen(program, edits):
+def foreseen(program: Program, edits: Edits) -> Foreseen:
     """Foreseen of a Program with Edits, made PART_STEPS at a time: no more than that is copied."""
     replaced, before = np.zeros(program.steps, bool), None
     columns = Growing(np.int8), Growing(np.int32), Growing(float, 3), Growing(np.float32)  # kind, line, end and feed
@@ -58,7 +66,8 @@ def foreseen(program, edits):
         ):
             column.add(np.concatenate(both)[order])
     events = [type(e)(int(k), e.kind, e.line, e.values) for k, e in zip(at, program.events)]
-    return Foreseen(*(column.whole() for column in columns), events, program.lead)
+    kind, line, moved, feed = (column.whole() for column in columns)
+    return Foreseen(kind, line, moved, feed, events, program.lead)
 
 
 @dataclass(frozen=True)
@@ -70,22 +79,25 @@ class _Before:
     step: int
 
 
-def _new_moves(program, moves, replaced, inch, before):
+def _new_moves(
+    program: Program, moves: tuple[Ints, Table], replaced: Bools, inch: Bools, before: _Before | None
+) -> tuple[tuple[Ints, Ints, Floats, Floats], _Before | None]:
     """((steps, kinds, feeds, ends) of Edits.moves(), the _Before of the moves behind).  before: a _Before or None."""
     steps, table = moves
     if not len(table):
         return _with_chords(program, replaced, table, steps, table.end, before), before
     ends, lines = _as_written(program, table.end, steps, inch), _lines(program, steps)
-    old = (ends[:1], [-1]) if before is None else (before.end[None], [before.line])
-    same = (np.concatenate((old[0], ends[:-1])) == ends).all(axis=1) & (np.concatenate((old[1], lines[:-1])) == lines)
+    end, line, step = (ends[0], -1, -1) if before is None else (before.end, before.line, before.step)
+    same = (np.concatenate((end[None], ends[:-1])) == ends).all(axis=1)
+    same &= np.concatenate((np.array([line]), lines[:-1])) == lines
     if before is None:
         same[0] = False
     goes = np.flatnonzero((table.kind == records.ARC) | ~same)  # the others would have no words
-    behind = _Before(ends[-1].copy(), int(lines[-1]), int(steps[goes[-1]]) if len(goes) else before.step)
+    behind = _Before(ends[-1].copy(), int(lines[-1]), int(steps[goes[-1]]) if len(goes) else step)
     return _with_chords(program, replaced, table.take(goes), steps[goes], ends[goes], before), behind
 
 
-def _kept_feeds(program, feeds):
+def _kept_feeds(program: Program, feeds: dict[int, float]) -> Floats:
     """(n,) float32: F of a program's moves with other F by step."""
     result = program.feed.astype(np.float32)
     for step, feed in feeds.items():
@@ -93,12 +105,12 @@ def _kept_feeds(program, feeds):
     return result
 
 
-def _lines(program, steps):
+def _lines(program: Program, steps: Ints) -> Ints:
     """(n,) int: the lines of the program itself that make steps."""
     return program.places[program.first[steps]]
 
 
-def _as_written(program, points, steps, inch):
+def _as_written(program: Program, points: Floats, steps: Ints, inch: Bools) -> Floats:
     """Program.as_written() of (n, 3) points, each at a step of its own; inch (lines,) bool: whether G20 is in force on
     each line."""
     group = program.frame[steps] * 2 + inch[np.clip(_lines(program, steps), 1, len(inch)) - 1]
@@ -109,7 +121,9 @@ def _as_written(program, points, steps, inch):
     return result
 
 
-def _with_chords(program, replaced, moves, steps, ends, before):
+def _with_chords(
+    program: Program, replaced: Bools, moves: Table, steps: Ints, ends: Floats, before: _Before | None
+) -> tuple[Ints, Ints, Floats, Floats]:
     """(steps, kinds, feeds, ends) of a Table of moves that end at `ends`, arcs in chords; replaced (m,) bool: steps of
     the program; before: _Before or None."""
     arcs = sorted(moves.circles)
@@ -135,10 +149,10 @@ def _with_chords(program, replaced, moves, steps, ends, before):
     )
 
 
-def same_moves(path, program):
+def same_moves(path: Foreseen, program: Program) -> bool:
     """Whether a Program makes the moves of a Foreseen, to SAME_MM, with the same tools in the same stocks."""
 
-    def cuts(one):
+    def cuts(one: Moves) -> list[tuple[int, int, list[float]]]:
         return [(e.at, e.kind, e.values) for e in one.events if e.kind in (records.TOOL, records.STOCK)]
 
     return (

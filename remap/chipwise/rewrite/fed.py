@@ -5,6 +5,10 @@ feed moves.
 Called by run.py, after its last repeat.  Lengths mm, machine coordinates of the tool's tip.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Sequence
+
 import numpy as np
 
 from chipwise.program.reader import Unreadable
@@ -12,8 +16,13 @@ from chipwise.program.records import FEED, RAPID
 from chipwise.rewrite.depth_proof import SAME_MM
 from chipwise.rewrite.edits import Move
 
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Floats, Ints
+    from chipwise.rewrite.edits import Edits
+    from chipwise.rewrite.program import Program
 
-def feed_traverses(program, edits, places):
+
+def feed_traverses(program: Program, edits: Edits, places: Sequence[tuple[float, ...]]) -> None:
     """The traverses of a Program with Edits that end at places (n, 3) become feed moves, at the F of the feed move that
     comes next, else of the one before.  Traverses of the program itself in loops, subs and cycles stay."""
     if not len(places):
@@ -32,7 +41,7 @@ def feed_traverses(program, edits, places):
             edits.instead[step] = [Move(FEED, tuple(program.end[move].tolist()), feed)]
 
 
-def _is_plain(program, move):
+def _is_plain(program: Program, move: int) -> bool:
     """Whether a traverse of the program itself can become a feed move where it is written."""
     try:
         program.check_shiftable(move, move + 1)
@@ -41,7 +50,7 @@ def _is_plain(program, move):
     return program.block_of(int(program.step[move])) is None
 
 
-def _ending_at(kind, end, places):
+def _ending_at(kind: Ints, end: Floats, places: Sequence[tuple[float, ...]]) -> Ints:
     """(k,) int: the traverses of moves that end at one of places."""
     rapid = np.flatnonzero(kind == RAPID)
     rapid = rapid[np.argsort(end[rapid, 0], kind="stable")]
@@ -52,7 +61,7 @@ def _ending_at(kind, end, places):
     return np.unique(np.concatenate(found))
 
 
-def _feeds(kind, feed, moves, program):
+def _feeds(kind: Ints, feed: Floats, moves: Ints, program: Program) -> Floats:
     """(k,) mm/min for moves: that of the next feed move, else of the one before, else the program's least."""
     fed = np.flatnonzero((kind != RAPID) & (feed > 0.0))
     if not len(fed):

@@ -15,9 +15,11 @@ Called by run.py.  Source: JP3131045: F = UQ x LC / VC [0007], and [0013] for tw
     divided where they differ.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
-from typing import Optional
+from typing import TYPE_CHECKING, Callable, Iterable, Optional, Sequence
 
 import numpy as np
 
@@ -25,6 +27,12 @@ from chipwise.program.records import ARC, FEED, RAPID
 from chipwise.rewrite import sections
 from chipwise.rewrite.path_moves import arcs_through
 from chipwise.rewrite.edits import Edits, Move, Table, original
+
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Bools, Floats, Ints
+    from chipwise.clib.height_map import HeightMap
+    from chipwise.rewrite.program import Circle, Program
+    from chipwise.tool_data.geometry import ToolGeometry
 
 SPREAD = 1.03  # more, and what is between is too fast or too slow; less, and moves are divided for the cells' sake
 AIR_MM = 0.005  # stock less deep than that is not cut
@@ -58,20 +66,28 @@ class Figures:
 class Feeder:
     """One program."""
 
-    def __init__(self, program, geometry, cell, rates, speeds, fixed):
+    def __init__(
+        self,
+        program: Program,
+        geometry: dict[int, ToolGeometry],
+        cell: float,
+        rates: Rates,
+        speeds: Sequence[float | None],
+        fixed: frozenset[int],
+    ) -> None:
         self.program, self.rates, self.cell = program, rates, cell
         self.speeds = np.array([s or np.inf for s in speeds]) * 60.0  # mm/min of the axes
         self.fixed = fixed  # lines whose F stays
         self.sections = sections.sections(program, geometry)
         self.edits, self.figures = Edits(), Figures()
 
-    def run(self, progress=None):
+    def run(self, progress: Callable[[float], object] | None = None) -> Edits:
         """-> Edits."""
         for section, stock in sections.in_stock(self.program, self.sections, self.cell, progress):
             self._section(section, stock)
         return self.edits
 
-    def _section(self, section, stock):
+    def _section(self, section: sections.Cut, stock: HeightMap) -> None:
         program, first, end = self.program, section.first, section.end
         points = np.concatenate((program.start(first)[None], program.end[first:end]))
         points, owner = sections.pieces(points, self.rates.split)
@@ -85,7 +101,9 @@ class Feeder:
         self._figures(area, length, cuts, program.feed[move], wanted)
         self._write(points, move, wanted, np.flatnonzero(cuts))
 
-    def _wanted(self, tool, points, move, length, area, cuts):
+    def _wanted(
+        self, tool: sections.Tool, points: Floats, move: Ints, length: Floats, area: Floats, cuts: Bools
+    ) -> Floats:
         """mm/min of each piece [2], [3], [4]."""
         programmed = self.program.feed[move]
         limit = tool.geometry.max_removal_rate if tool.geometry else None
@@ -106,7 +124,7 @@ class Feeder:
             wanted = np.minimum(wanted, programmed)
         return np.where(cuts, wanted, 0.0)
 
-    def _figures(self, area, length, cuts, programmed, wanted):
+    def _figures(self, area: Floats, length: Floats, cuts: Bools, programmed: Floats, wanted: Floats) -> None:
         f = self.figures
         with np.errstate(divide="ignore", invalid="ignore"):
             f.before_s += float((length[cuts] / programmed[cuts]).sum() * 60.0)
@@ -115,12 +133,12 @@ class Feeder:
             f.peak_before = max(f.peak_before, float((area * programmed)[cuts].max()))
             f.peak_after = max(f.peak_after, float((area * wanted)[cuts].max()))
 
-    def _write(self, points, move, wanted, cuts):
+    def _write(self, points: Floats, move: Ints, wanted: Floats, cuts: Ints) -> None:
         """[5]"""
         program, steps = self.program, self.program.step[move]
         if not len(cuts):
             return
-        bounds = np.concatenate(([0], np.flatnonzero(np.diff(steps[cuts])) + 1, [len(cuts)]))
+        bounds = np.array([0, *(np.flatnonzero(np.diff(steps[cuts])) + 1).tolist(), len(cuts)])
         now = None
         for a, b in zip(bounds[:-1].tolist(), bounds[1:].tolist()):
             index = cuts[a:b]
@@ -141,25 +159,28 @@ class Feeder:
             table = Table.of(self._divided(step, points, move, int(index[0]), groups))
             self.edits.instead.put([step], [0, len(table)], table, "divided")
 
-    def _divided(self, step, points, move, begin, groups):
+    def _divided(
+        self, step: int, points: Floats, move: Ints, begin: int, groups: list[tuple[int, float]]
+    ) -> list[Move]:
         """Moves of a step that is divided; begin: its first piece."""
-        moves, whole = [], original(self.program, step)
+        moves: list[Move] = []
+        whole = original(self.program, step)
         end = begin + sum(count for count, _ in groups)
         points = points[begin : end + 1]
         if whole.kind == ARC:
-            points = on_arc(whole.circle, points, np.concatenate(([True], np.diff(move[begin:end]) != 0, [True])))
+            points = on_arc(whole.arc, points, np.append(np.append(True, np.diff(move[begin:end]) != 0), True))
         begin = 0
         for count, feed in groups:
             end = begin + count
             if whole.kind == ARC:
-                moves += arcs_through(whole.circle, points[begin : end + 1], 0.0, feed)[0]
+                moves += arcs_through(whole.arc, points[begin : end + 1], 0.0, feed)[0]
             else:
                 moves.append(Move(FEED, tuple(points[end].tolist()), feed))
             begin = end
         return moves
 
 
-def on_arc(circle, points, ends):
+def on_arc(circle: Circle, points: Floats, ends: Bools) -> Floats:
     """Points (n, 3) along the chords of an arc, moved onto it; ends (n,) bool: those that chords begin or end at, which
     are on it."""
     u, v = {1: (0, 1), 2: (1, 2), 3: (2, 0)}[circle.plane]
@@ -167,17 +188,20 @@ def on_arc(circle, points, ends):
     radius, index = np.hypot(off[:, 0], off[:, 1]), np.arange(len(points))
     result, between = points.copy(), ~ends
     wanted = np.interp(index[between], index[ends], radius[ends])  # that of a spiral changes
-    result[np.ix_(between, [u, v])] += off[between] * (wanted / radius[between] - 1.0)[:, None]
+    result[np.flatnonzero(between)[:, None], [u, v]] += off[between] * (wanted / radius[between] - 1.0)[:, None]
     return result
 
 
-def grouped(wanted, now=None, own=None):
+def grouped(
+    wanted: Floats, now: float | None = None, own: float | None = None
+) -> tuple[list[tuple[int, float]], float | None]:
     """([(number of pieces, their F), ..], the last F): pieces one after the other whose F differ by at most SPREAD.
 
     wanted (n,) mm/min, of pieces of the same length; now: F of the piece before, kept where it is not too fast and at
     most SPREAD too slow; own: the programmed F, kept where it lies between those of the pieces; or None.
     """
-    result, begin, low, high = [], 0, wanted[0], wanted[0]
+    result: list[tuple[int, float]] = []
+    begin, low, high = 0, wanted[0], wanted[0]
     for k in range(1, len(wanted) + 1):
         if k < len(wanted) and max(high, wanted[k]) <= SPREAD * min(low, wanted[k]):
             low, high = min(low, wanted[k]), max(high, wanted[k])
@@ -197,7 +221,15 @@ def grouped(wanted, now=None, own=None):
     return result, now
 
 
-def rewrite(program, geometry, cell, rates, speeds, fixed=(), progress=None):
+def rewrite(
+    program: Program,
+    geometry: dict[int, ToolGeometry],
+    cell: float,
+    rates: Rates,
+    speeds: Sequence[float | None],
+    fixed: Iterable[int] = (),
+    progress: Callable[[float], object] | None = None,
+) -> tuple[Edits, Figures]:
     """(Edits, Figures) of a program: JP3131045.
 
     geometry: {number: ToolGeometry}; cell: mm; rates: Rates; speeds: (3,) mm/s of the axes, None where unknown; fixed:

@@ -21,10 +21,12 @@ leaves it up to there; `edits` has all that the new program does otherwise up to
 new program up to there.
 """
 
+from __future__ import annotations
+
 import functools
 import math
 from dataclasses import dataclass, field, replace
-from typing import Callable, Optional
+from typing import TYPE_CHECKING, Callable, Optional
 
 import numpy as np
 
@@ -37,6 +39,12 @@ from chipwise.rewrite.levels import Levels, length_of
 from chipwise.rewrite.links import ACROSS_MM, OVER_MM, Links
 from chipwise.rewrite.trial_proof import Sought
 from chipwise.rewrite.trials import Trials
+
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Bools, Floats, Ints, Records
+    from chipwise.clib.height_map import HeightMap
+    from chipwise.rewrite.program import Program
+    from chipwise.tool_data.geometry import ToolGeometry
 
 PIECES_ACROSS = 12  # of a tool's diameter: how finely a move is divided where it is shifted
 MOST_MOVES = 20_000  # of one body: longer ones are divided, so that the memory is limited
@@ -59,7 +67,7 @@ class Order:
     diameter: Optional[float] = None
     reserve: float = 0.0
     anywhere: bool = False
-    needles: Optional[dict] = None
+    needles: Optional[dict[int, Floats]] = None
     clearance: float = 0.0
 
 
@@ -69,27 +77,27 @@ class Ground:
     program, from 0; the tool; the proof of depths (Sought) of the moves in this stock; links over it; what the whole
     program leaves of it."""
 
-    stock: object
+    stock: HeightMap
     number: int
-    tool: object
+    tool: sections.Tool
     proof: Sought
     links: Links
     final: Callable[[], sections.Final]
 
     @property
-    def radius(self):
+    def radius(self) -> float:
         return self.tool.shape.diameter / 2
 
     @property
-    def piece(self):
+    def piece(self) -> float:
         """How finely a move is divided where it is shifted, mm."""
         return min(SEGMENT_MM, max(self.tool.shape.diameter / PIECES_ACROSS, 0.5 * self.stock.cell))
 
-    def window(self, points):
+    def window(self, points: Floats) -> sections.Window:
         """The sections.Window of the stock under a path."""
         return sections.Window(self.stock, points, self.radius)
 
-    def cut(self, start, ends):
+    def cut(self, start: Floats, ends: Floats) -> Records:
         """Cut; -> MET records of the moves."""
         return self.stock.cut(self.tool.shape, start, ends)
 
@@ -103,47 +111,52 @@ class Figures:
     first_feed: float = 0.0  # length of the first path's feed moves
     added_feed: float = 0.0
     bridged: int = 0  # points dropped
-    lines: list = field(default_factory=list)  # (first, last, levels) of each body
+    lines: list[tuple[int, int, int]] = field(default_factory=list)  # (first, last, levels) of each body
     written: int = 0  # moves of the new program
-    shifted: list = field(default_factory=list)  # (first move, end) of each body
+    shifted: list[tuple[int, int]] = field(default_factory=list)  # (first move, end) of each body
 
 
 class Shifter:
     """One program.  ground: of the section at work; more: mm, as in Trials, since a path was found too deep."""
 
-    def __init__(self, program, geometry, order):
+    ground: Ground
+
+    def __init__(self, program: Program, geometry: dict[int, ToolGeometry], order: Order) -> None:
         self.program, self.geometry, self.order = program, geometry, order
         self.edits, self.figures = Edits(), Figures(written=len(program.kind))
-        self.links, self.ground, self.more = Links(program, order.clearance), None, 0.0
+        self.links, self.more = Links(program, order.clearance), 0.0
 
-    def run(self, progress=None):
+    def run(self, progress: Callable[[float], object] | None = None) -> Edits:
         """-> Edits.  progress: called with the share that is done."""
         found = sections.sections(self.program, self.geometry)
+        before = None
         for section, stock in sections.in_stock(self.program, found, self.order.cell, progress, self.order.needles):
-            self.ground = self._ground(section, stock, found)
+            before = self.ground = self._ground(section, stock, found, before)
             self._section(section)
         return self.edits
 
-    def _ground(self, section, stock, found):
+    def _ground(
+        self, section: sections.Cut, stock: HeightMap, found: list[sections.Section], before: Ground | None
+    ) -> Ground:
         """The Ground of a section; the one before goes on with another tool if the stock is the same."""
-        before, links = self.ground, self.links
+        links = self.links
         links.stock, links.tool = stock, section.tool
         if before is not None and stock is before.stock:
             return replace(before, tool=section.tool)
         number = 0 if before is None else before.number + 1
-        tools = [s.tool for s in found if s.tool and s.tool.shape]
+        tools = [s.tool for s in found if s.tool]
         proof = Sought(stock, tools, functools.partial(depth_proof.path_of, self.program, found, tools))
         return Ground(
             stock, number, section.tool, proof, links, functools.cache(functools.partial(self._final, number))
         )
 
-    def _final(self, number):
+    def _final(self, number: int) -> sections.Final:
         """The sections.Final of a stock, as read_back.same_stock() will have it."""
         return sections.Final(read_back.simulated(self.program, self.geometry, self.order.cell)[number][0])
 
     # ---- a section --------------------------------------------------------------------------------------------
 
-    def _section(self, section):
+    def _section(self, section: sections.Cut) -> None:
         """The moves of a section; when it returns, what the head of this file says of the begin of a body holds of the
         next section."""
         program, first, end = self.program, section.first, section.end
@@ -161,16 +174,16 @@ class Shifter:
         del before  # a copy of the map
         self._bodies(first, end, np.hypot(steps[:, 0], steps[:, 1]) > ACROSS_MM)
 
-    def _long_enough(self, start, ends, kinds):
+    def _long_enough(self, start: Floats, ends: Floats, kinds: Ints) -> bool:
         """[1]: cuts the first path; whether the flutes reach."""
         ground = self.ground
-        limit = sections.finite_room(ground.tool.flute_length)
+        limit = ground.tool.flutes
         return not any(
             ((met["depth"] > limit + OVER_MM) & (kinds[owner] != RAPID)).any()
             for owner, met in sections.cut_along(ground.stock, ground.tool.shape, start, ends, SEGMENT_MM)
         )
 
-    def _bodies(self, first, end, across):
+    def _bodies(self, first: int, end: int, across: Bools) -> None:
         """[2]: the steps of a section whose flutes are too short somewhere; across (end - first,) bool: moves across
         the tool's axis.
 
@@ -185,7 +198,8 @@ class Shifter:
         goes = np.logical_or.reduceat(across, begins - first)
         begins, feeds = np.append(begins, end), program.kind[begins] != RAPID
         stops = np.append(np.flatnonzero(~(goes & feeds)), len(feeds))  # steps outside of bodies
-        lead, k = [], 0
+        lead: list[int] = []
+        k = 0
         while k < len(feeds):
             at, behind = begins[k : k + 2].tolist()
             if not goes[k]:  # along the axis only
@@ -203,20 +217,20 @@ class Shifter:
                 k += 1
         self._drill(lead)
 
-    def _traverse(self, first, end):
+    def _traverse(self, first: int, end: int) -> None:
         """Rapids across the tool's axis."""
         start, ends = self.program.start(first), self.program.end[first:end]
         self.ground.cut(start, ends)
         self.ground.proof.follow(self.ground.tool, start, ends)
         self.links.travel = float(ends[-1][2])
 
-    def _drill(self, lead):
+    def _drill(self, lead: list[int]) -> None:
         """Vertical moves that lead to no path."""
         if lead:
             self._cut_lead(lead, -math.inf)
             self.ground.proof.follow(self.ground.tool, self.program.start(lead[0]), self.program.end[lead])
 
-    def _cut_lead(self, lead, lowest):
+    def _cut_lead(self, lead: list[int], lowest: float) -> None:
         """Vertical moves, none below `lowest`."""
         if lead:
             ends = self.program.end[lead].copy()
@@ -225,7 +239,7 @@ class Shifter:
 
     # ---- a body -----------------------------------------------------------------------------------------------
 
-    def _body(self, lead, first, end, section_end):
+    def _body(self, lead: list[int], first: int, end: int, section_end: int) -> None:
         """One body: the feed moves first .. end - 1 across the tool's axis, with the moves `lead` that lead to them."""
         program, ground = self.program, self.ground
         # [S103] cut the body as the first path has it, and look how deep it was
@@ -236,7 +250,7 @@ class Shifter:
         window = ground.window(points)
         self._lead_in(body, points)
         depth = ground.cut(points[0], points[1:])["depth"]
-        if (depth <= ground.tool.flute_length + OVER_MM).all():
+        if (depth <= ground.tool.flutes + OVER_MM).all():
             # too deep nowhere: the first path stays, and the map is as it leaves it already
             ground.proof.follow(ground.tool, program.start(first), program.end[first:end])
             return
@@ -252,7 +266,7 @@ class Shifter:
         # R4: what is left is travelled again, until the map is as the first path leaves it
         self._note(first, end, bool(lead), self._rest(body, moved, end, section_end))
 
-    def _note(self, first, end, has_lead, levels):
+    def _note(self, first: int, end: int, has_lead: bool, levels: int) -> None:
         """A body was shifted.  The parts of a long body are one range of lines."""
         figures, line = self.figures, self.program.line
         figures.bodies += 1
@@ -263,13 +277,15 @@ class Shifter:
         figures.shifted.append((first, end))
         figures.lines.append((begin, int(line[end - 1]), levels))
 
-    def _lead_in(self, body, path):
+    def _lead_in(self, body: path_moves.Body, path: Floats) -> None:
         """Cut the moves that lead to a path (n, 3)."""
         self._cut_lead(body.lead, path[0, 2])
         if body.entered:
             self.ground.cut(path[0], path[:1])  # straight down: what is left is that of the lowest place
 
-    def _shifted(self, body, target=None, depth=None):
+    def _shifted(
+        self, body: path_moves.Body, target: sections.Window | None = None, depth: Floats | None = None
+    ) -> Floats:
         """R3 of a path in the stock as it is, which is cut: (n, 3) points, NaN where they are left out.
 
         depth, target: as in Trials.shifted().
@@ -282,7 +298,7 @@ class Shifter:
             ground.tool,
             lambda path: self._lead_in(body, path),
             ground.proof,
-            ground.tool.flute_length - self.order.reserve,
+            ground.tool.flutes - self.order.reserve,
             self.more,
         )
         moved = trials.shifted(ground.radius if self.order.diameter is None else self.order.diameter / 2, target, depth)
@@ -290,7 +306,7 @@ class Shifter:
         self.figures.bridged += trials.bridged
         return moved
 
-    def _rest(self, body, moved, end, section_end):
+    def _rest(self, body: path_moves.Body, moved: Floats, end: int, section_end: int) -> int:
         """[4]: what is left, in `edits` behind the body; -> levels in all."""
         levels = Levels(self.program, self.ground, body, moved)
         levels.run(self._shifted, self.order.whole)
@@ -305,7 +321,7 @@ class Shifter:
             self.edits.after.put([int(self.program.step[end - 1])], [0, len(table)], table)
         return levels.count
 
-    def _check_length(self, more, line):
+    def _check_length(self, more: int, line: int) -> None:
         """Unreadable as soon as the new program has more moves than are read back."""
         self.figures.written += more
         if self.figures.written > MOST_WRITTEN:
@@ -317,7 +333,7 @@ class Shifter:
 
     # ---- what is written --------------------------------------------------------------------------------------
 
-    def _replace(self, body, moved, wall):
+    def _replace(self, body: path_moves.Body, moved: Floats, wall: float) -> None:
         """R3 in the place of the body's steps that it changes.  wall: as in Links.wall() where it begins, before."""
         program, edits = self.program, self.edits
         # the moves that lead to the body end where R3 begins
@@ -332,7 +348,7 @@ class Shifter:
         moves, spans = path_moves.moves_along(program, body, moved)
         if z0 > body.points[0, 2] + 1e-9 and not body.lead:  # the tool is at the first path's height before
             down = Move(FEED, tuple(moved[0].tolist()), float(program.feed[body.move[0]]))
-            moves, spans = Table.joined([Table.of([down]), moves]), np.concatenate(([[0, 0]], spans))
+            moves, spans = Table.joined([Table.of([down]), moves]), np.concatenate((np.array([[0, 0]]), spans))
         # .. get the moves of R3 that come from them
         instead, owner = np.unique(steps[changed[:-1] | changed[1:]]), steps[spans[:, 0]]
         own = np.flatnonzero(np.isin(owner, instead))
@@ -344,7 +360,7 @@ class Shifter:
         )
         self.figures.added_feed += length_of(moved[~np.isnan(moved[:, 2])]) - length_of(body.points)
 
-    def _lead(self, body, move, z0, wall):
+    def _lead(self, body: path_moves.Body, move: int, z0: float, wall: float) -> list[Move]:
         """Moves in place of one that leads to a body, which begins at z0."""
         program, place = self.program, self.program.end[move, :2].tolist()
         if program.kind[move] == ARC:
@@ -358,7 +374,9 @@ class Shifter:
         return self.links.lead_down(place, float(program.start(move)[2]), z0, wall, float(program.feed[body.move[0]]))
 
 
-def rewrite(program, geometry, order, progress=None):
+def rewrite(
+    program: Program, geometry: dict[int, ToolGeometry], order: Order, progress: Callable[[float], object] | None = None
+) -> tuple[Edits, Figures]:
     """(Edits, Figures) of a program: CN105492980.  geometry: {number: ToolGeometry}; progress: called with the share
     that is done.
 

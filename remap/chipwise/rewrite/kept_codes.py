@@ -4,7 +4,14 @@
 Called by unroll.py with the items of program/executed_words.py.  G codes as numbers (61.1), M codes as whole numbers.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from chipwise.program.reader import Unreadable
+
+if TYPE_CHECKING:
+    from chipwise.program.executed_words import MarkItem
 
 _MOVES = {0, 1, 2, 3, 5, 5.1, 5.2, 5.3, 73, 80, 81, 82, 83, 85, 86, 89, 12, 13, 77, 78, 79}  # written out as moves
 MOTIONS = {0, 1, 2, 3, 5, 33, 38, 70, 71, 72, 73, 74, 76, *range(80, 90)}
@@ -69,13 +76,14 @@ _REASONS = {
 }
 
 
-def kept(item, line):
+def kept(item: MarkItem, line: int) -> tuple[list[tuple[str, float]], bool]:
     """([(letter, value)] in the order they are written, letters of axes among them, whether the line moves by what is
     kept).
 
     item: of a WORDS mark.  Raises Unreadable for a code that cannot be written out.
     """
-    codes, letters = [], ""
+    codes: list[tuple[str, float]] = []
+    letters = ""
     for code in item["g"]:
         if code in _MOVES or code in _MODES:
             continue
@@ -95,7 +103,7 @@ def kept(item, line):
     return codes, any(letter == "G" and code in OWN_MOVES for letter, code in codes)
 
 
-def may_move(item):
+def may_move(item: MarkItem) -> bool:
     """Whether a line makes moves by its own words: not what a remapped M code makes."""
     return (
         any(code in _MOVES for code in item["g"])
@@ -104,7 +112,7 @@ def may_move(item):
     )
 
 
-def cannot(what, line, why="what it does is not known"):
+def cannot(what: str, line: int, why: str | None = None) -> Unreadable:
     """Unreadable for a code in a block that has to be written out."""
     return Unreadable(
         f"a move in a sub, a loop or a condition has to change, and {what} there cannot be written out: "

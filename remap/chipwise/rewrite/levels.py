@@ -14,7 +14,10 @@ A level is one round:
 Lengths mm, machine coordinates of the tool's tip.
 """
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING, Callable
 
 import numpy as np
 
@@ -25,6 +28,12 @@ from chipwise.rewrite.edits import Table
 from chipwise.rewrite.links import OVER_MM
 from chipwise.rewrite.segments import segments, with_links
 from chipwise.rewrite.trial_proof import OVER_STOCK_MM
+
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Bools, Floats, Records
+    from chipwise.rewrite.flute import Ground
+    from chipwise.rewrite.program import Program
+    from chipwise.rewrite.sections import Window
 
 LEFT_DEPTH = 0.15  # cells of depth, or of a cell's height, less than read_back.py's HEIGHT_CELLS, and
 LEFT_SHARE = 0.005  # cells of mean height across the tool, below which nothing is left to travel again for
@@ -41,22 +50,22 @@ class Levels:
        (`had`), or the body is refused.  Each is bounded below, and MOST_LEVELS bounds the rounds.
     """
 
-    def __init__(self, program, ground, body, moved):
+    def __init__(self, program: Program, ground: Ground, body: path_moves.Body, moved: Floats) -> None:
         self.program, self.ground, self.body = program, ground, body
         self.s = shift.along(body.points)
         self.done, self.at = unshifted(body.points, moved), moved[-1]
         self.count, self.had = 1, (math.inf, math.inf)
-        self.written = []  # Tables of moves
+        self.written: list[Table] = []  # Tables of moves
         self.segments, self.feed = 0, 0.0  # how many, and their length
 
-    def run(self, shifted, whole=False):
+    def run(self, shifted: Callable[[path_moves.Body], Floats], whole: bool = False) -> None:
         """shifted: function of a Body -> its path (n, 3) in the stock as it is, which is cut; whole: the whole body
         each time.  Raises Unreadable."""
         window = self.ground.window(self.body.points)
         while not self.done.all():
             left, now = self._tried(window)
             less = now[0] < self.had[0] or now[1] < self.had[1]
-            too_deep = now[1] > self.ground.tool.flute_length + OVER_MM
+            too_deep = now[1] > self.ground.tool.flutes + OVER_MM
             if not left.any() or not (less or too_deep):
                 return
             for a, b in [(0, len(left))] if whole else self._parts(left):
@@ -70,7 +79,7 @@ class Levels:
                 )
             self.had = now
 
-    def _parts(self, left):
+    def _parts(self, left: Bools) -> list[tuple[int, int]]:
         """[(first, last)]: points of the segments that are travelled again; left (n - 1,) bool: where something is
         left."""
         ground, diameter = self.ground, self.ground.tool.shape.diameter
@@ -78,7 +87,7 @@ class Levels:
             segments(left, self.s, ground.stock.cell, ground.radius), self.body.points, self.s, diameter, ground.links
         )
 
-    def _travel(self, a, b, shifted):
+    def _travel(self, a: int, b: int, shifted: Callable[[path_moves.Body], Floats]) -> None:
         """The segment from point a to point b: the link to it, and its path."""
         part = path_moves.Body(self.body.points[a : b + 1], self.body.move[a:b], [], entered=True)
         link = self.ground.links.to_segment(self.at, part, self.body)  # in the stock as it is before the segment is cut
@@ -91,7 +100,7 @@ class Levels:
 
     # ---- what is left ------------------------------------------------------------------------------------------------
 
-    def _tried(self, window):
+    def _tried(self, window: Window) -> tuple[Bools, tuple[float, float]]:
         """((n - 1,) bool: where something is left, (volume mm3, greatest depth mm) that the first path would meet).
         The map is as before."""
         window.keep()
@@ -101,7 +110,7 @@ class Levels:
         window.restore()
         return left, (float(met["volume"].sum(dtype=np.float64)), deepest)
 
-    def _first_path(self):
+    def _first_path(self) -> tuple[Records, Bools, float]:
         """Cuts what has not been done of the first path; -> (MET records (n - 1,), (n - 1,) bool: where something is
         left, how deep it is)."""
         ground, points = self.ground, self.body.points
@@ -116,13 +125,13 @@ class Levels:
             deepest = max(deepest, float((found["height"] - points[move, 2]).max()))
         return met, left & ~self.done, deepest
 
-    def _left(self, met):
+    def _left(self, met: Records) -> Bools:
         """(n - 1,) bool: pieces that still meet material, more than the ridges between the model's steps."""
         cell, length = self.ground.stock.cell, np.sqrt((np.diff(self.body.points, axis=0) ** 2).sum(axis=1))
         share = met["volume"] / (cell * self.ground.tool.shape.diameter * np.maximum(length, 1e-9))
         return (met["depth"] > cell) | ((met["depth"] > LEFT_DEPTH * cell) & (share > LEFT_SHARE))
 
-    def _left_bit_by_bit(self, met, window):
+    def _left_bit_by_bit(self, met: Records, window: Window) -> Bools:
         """(n - 1,) bool: pieces that lower a cell, though each of them by little, which the proof would find too high
         without them."""
         points, reach = self.body.points, self.ground.radius + self.ground.piece
@@ -132,12 +141,12 @@ class Levels:
         return left & (met["volume"] > 0.0)
 
 
-def length_of(points):
+def length_of(points: Floats) -> float:
     """mm, of a path (n, 3)."""
     return float(np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1)).sum())
 
 
-def unshifted(points, path):
+def unshifted(points: Floats, path: Floats) -> Bools:
     """(n - 1,) bool: segments of points (n, 3) that a path (n, 3) travels where they are: nothing is left of them."""
     here = path[:, 2] <= points[:, 2] + 1e-9  # a bridged point is NaN
     return here[:-1] & here[1:]

@@ -10,9 +10,12 @@ by marked_reader.py.
    (2.9: interp_o_word.cc, control_back_to).
 """
 
+from __future__ import annotations
+
 import os
 import re
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Iterable, Sequence
 
 from chipwise.program.program_file import MAX_BYTES
 from chipwise.program.reader import Unreadable
@@ -21,6 +24,10 @@ from chipwise.program.find_sub import sub_folders
 from chipwise.host.files import read_bytes
 from chipwise.rewrite.blocks import blocks_of, o_word
 from chipwise.rewrite.words import active_comments, code, plain_move
+
+if TYPE_CHECKING:
+    from chipwise.program.executed_words import Watched
+    from chipwise.rewrite.blocks import Blocks
 
 MOST_BYTES = 250  # of a line; LinuxCNC takes 255
 _PARAMETER = re.compile(r"(?<!#)#\s*(?:(\d+)|<([^<>]*)>)\s*$")  # before a =
@@ -32,14 +39,14 @@ class SubFile:
     """A file of subs that the program calls: path and lines (bytes)."""
 
     path: str
-    lines: list
+    lines: list[bytes]
 
 
-def mark(file, line, what):
+def mark(file: int, line: int, what: str) -> str:
     return f"({PREFIX}{file} {line} {what})\n"
 
 
-def marked_line(text, file, number):
+def marked_line(text: str, file: int, number: int) -> str:
     """[1]: a line of text with its mark."""
     bare = text.rstrip("\r\n")
     own, comments = code(bare).strip(), active_comments(text)
@@ -60,7 +67,7 @@ def marked_line(text, file, number):
     return before + own + end
 
 
-def marked(source, blocks, files, checks):
+def marked(source: Sequence[str], blocks: Blocks, files: list[SubFile], checks: dict[int, int]) -> bytes:
     """Bytes of a program with marks.  source: lines of text; blocks: its Blocks [2]; files: SubFiles [3]; checks:
     {line: number that the mark behind it has, which says what holds there}."""
     outermost = blocks.outermost
@@ -82,31 +89,33 @@ def marked(source, blocks, files, checks):
     return "".join(out).encode("utf-8", "surrogateescape")
 
 
-def _subs_of(sub):
+def _subs_of(sub: SubFile) -> list[tuple[int, str]]:
     """[(number, text)] of the lines in subs."""
     subs = blocks_of(sub.lines).subs
     return [(n, text.decode("utf-8", "surrogateescape")) for n, text in enumerate(sub.lines, 1) if n in subs]
 
 
-def sub_files(blocks, ini):
+def sub_files(blocks: Blocks, ini: str) -> tuple[list[SubFile], str | None]:
     """(SubFiles that a program's Blocks need, directly or not; name of a sub that is in none of them, or None)."""
-    defined, waiting, found, missing = set(blocks.defined), list(blocks.called), [], None
+    defined, waiting = set(blocks.defined), list(blocks.called)
+    found: list[SubFile] = []
+    missing: bytes | None = None
     while waiting:
         name = waiting.pop()
         if name in defined:
             continue
         sub = _sub_file(name, ini) if name else None
         own = blocks_of(sub.lines) if sub else None
-        if own is None or name not in own.defined or own.defined & defined or not _only_subs(sub, own):
+        if sub is None or own is None or name not in own.defined or own.defined & defined or not _only_subs(sub, own):
             missing = missing or (name or b"[..]")
             continue
         defined |= own.defined
         waiting += own.called
         found.append(sub)
-    return found, missing and missing.decode("utf-8", "replace")
+    return found, missing.decode("utf-8", "replace") if missing else None
 
 
-def _only_subs(sub, own):
+def _only_subs(sub: SubFile, own: Blocks) -> bool:
     """Whether a file has nothing but O-word subs."""
     outside = (
         code(text.decode("utf-8", "replace")).strip().lower()
@@ -116,7 +125,7 @@ def _only_subs(sub, own):
     return all(text in ("", "%", "m2", "m02", "m30") for text in outside)
 
 
-def _sub_file(name, ini):
+def _sub_file(name: bytes, ini: str) -> SubFile | None:
     for folder in sub_folders(ini):
         path = os.path.join(
             os.path.dirname(os.path.abspath(ini)), folder, name.decode("utf-8", "surrogateescape") + ".ngc"
@@ -128,7 +137,7 @@ def _sub_file(name, ini):
     return None
 
 
-def _assigned(text):
+def _assigned(text: str) -> list[int | str | None]:
     """[number, name or None: an expression says which] of the parameters that a line sets."""
     result = []
     for before in code(text).split("=")[:-1]:
@@ -138,7 +147,7 @@ def _assigned(text):
     return result
 
 
-def watched(texts):
+def watched(texts: Iterable[str]) -> Watched:
     """{"numbers", "names"}: the parameters of the user that lines of text set; all numbers if an expression says
     which."""
     found = {own for text in texts if "=" in text for own in _assigned(text)}
@@ -146,6 +155,6 @@ def watched(texts):
     return {"numbers": sorted(numbers), "names": sorted(own for own in found if isinstance(own, str))}
 
 
-def not_the_users(text):
+def not_the_users(text: str) -> int | None:
     """A parameter of LinuxCNC's own that a line sets, None without one."""
     return next((own for own in _assigned(text) if isinstance(own, int) and own not in _NUMBERS), None)

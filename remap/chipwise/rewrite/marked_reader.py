@@ -5,8 +5,11 @@ Called by calls.py.  Calls run lines of other places, and loops run lines again:
 where a move belongs.
 """
 
+from __future__ import annotations
+
 import functools
 import os
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,18 +19,25 @@ from chipwise.host.temp_folder import OwnFolder, put
 from chipwise.rewrite.line_marks import marked, sub_files, watched
 from chipwise.rewrite.program import Collector, Modes, after_line, first_modes
 
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Corners, Floats
+    from chipwise.program.executed_words import Watched
+    from chipwise.program.reader import Limits, Machine
+    from chipwise.rewrite.program import Program
+    from chipwise.rewrite.unroll import Unroller
+
 # columns of Program.marks
 AT, LINE_NUMBER, FILE, WHAT, ITEM, MODES, SIDE, MOTION, FEED = range(9)
 _UNITS, _PLANES, _ARCS = {1: 20, 2: 21}, {1: 17, 2: 19, 3: 18}, {0: 90.1, 1: 91.1}
 
 
-def modes_of(mark):
+def modes_of(mark: Floats) -> Modes:
     """The Modes in force at a mark."""
     return _modes(int(mark[MODES]), int(mark[MOTION]) // 10, bool(mark[SIDE]))
 
 
 @functools.lru_cache(maxsize=256)
-def _modes(packed, motion, side):
+def _modes(packed: int, motion: int, side: bool) -> Modes:
     units, distance, plane, arcs = packed // 1000, packed // 100 % 10, packed // 10 % 10, packed % 10
     cycle = motion if motion in (73, 76) or 81 <= motion <= 89 else 0
     return Modes(
@@ -44,15 +54,23 @@ class Followed:
     """A program that has been read with marks: program, texts: lines of the files of its subs, missing: name of a sub
     that is in no file (None without one), watch: its parameters that are watched, origin: of Unroller."""
 
-    def __init__(self, program, machine, stock, before=None, unroller=None, **limits):
+    def __init__(
+        self,
+        program: Program,
+        machine: Machine,
+        stock: Corners | None,
+        before: Followed | None = None,
+        unroller: Unroller | None = None,
+        limits: Limits | None = None,
+    ) -> None:
         """Read it again.  program: the Program as it is; before: the Followed that an Unroller has made it from;
         unroller: has checks.  Raises Unreadable."""
         blocks = program.blocks
         self.files, self.missing = sub_files(blocks, machine.ini)
         self.texts = [[text.decode("utf-8", "surrogateescape") for text in sub.lines] for sub in self.files]
         texts = [*program.source, *(text for lines in self.texts for text in lines)]
-        self.watch = before.watch if before else watched(texts)
-        self.origin = (
+        self.watch: Watched = before.watch if before else watched(texts)
+        self.origin: list[int] = (
             [before.origin[n - 1] for n in unroller.origin]
             if unroller and before
             else list(range(1, len(program.source) + 1))
@@ -64,7 +82,7 @@ class Followed:
                 os.path.basename(program.path),
                 marked(program.source, blocks, self.files, unroller.checks if unroller else {}),
             )
-            with Reader(path, machine, stock, written=True, watched=self.watch, **limits) as reader:
+            with Reader(path, machine, stock, written=True, watched=self.watch, **(limits or {})) as reader:
                 for block in reader:
                     collector.take(block)
                 items = reader.trace
@@ -73,11 +91,11 @@ class Followed:
         self._check_same(program)
         self._places()
 
-    def line_of(self, line):
+    def line_of(self, line: int) -> int:
         """The line of the user's program that a line of this one comes from."""
         return self.origin[line - 1] if 1 <= line <= len(self.origin) else line
 
-    def _check_same(self, program):
+    def _check_same(self, program: Program) -> None:
         """Marks change nothing; else what they say is of another program."""
         own = self.program
         if not (
@@ -92,10 +110,10 @@ class Followed:
                 "write it out without them",
             )
 
-    def _places(self):
+    def _places(self) -> None:
         """place, marks and modes of the Program."""
         program = self.program
-        marks = program.marks = np.concatenate(program.marks) if len(program.marks) else np.zeros((0, 9))
+        marks = program.marks
         what, number = marks[:, WHAT].astype(int), marks[:, LINE_NUMBER].astype(int)
         begun = np.cumsum(what == BEGINS) - np.cumsum(what == ENDS)  # 1 in a block, its mark at the beginning included
         opened = np.maximum.accumulate(np.where(what == BEGINS, np.arange(len(marks)), -1)) if len(marks) else what

@@ -12,10 +12,20 @@ the tool's tip.
  2. Over a run, components/offline/chain_fit.c finds as few points as a band of HIGHER_MM above the path allows.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Iterator
+
 import numpy as np
 
 from chipwise.clib.chain_fit import fitted
 from chipwise.rewrite import shift
+
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Bools, Floats
+    from chipwise.clib.height_map import Shape
+    from chipwise.rewrite.path_moves import Body
+    from chipwise.rewrite.program import Program
 
 HIGHER_MM = 0.01  # than the shifted path: a sixth of the flutes' reserve (trials.py)
 # of a line: the rounding of programs in three digits; less than depth_proof.h allows beside an earlier level
@@ -24,12 +34,12 @@ BESIDE_ROUND_MM = 4e-4  # the same of tools that are not flat
 LEAST = 4  # segments of a run
 
 
-def beside(shape):
+def beside(shape: Shape) -> float:
     """mm by which the path of a tool of this Shape may be beside a line."""
     return BESIDE_ROUND_MM if shape.corner_radius or shape.tip_angle else BESIDE_MM
 
 
-def with_fewer(program, body, path, most):
+def with_fewer(program: Program, body: Body, path: Floats, most: float) -> Floats:
     """The path of an along.Body (n, 3), NaN where it is bridged, with NaN also at points that are left out; others may
     be higher for it.
 
@@ -44,7 +54,7 @@ def with_fewer(program, body, path, most):
     return result
 
 
-def _joined(program, body, path, most):
+def _joined(program: Program, body: Body, path: Floats, most: float) -> Bools:
     """(n,) bool: points of a path that may go: shifted, within a line [1]."""
     step, line = program.step[body.move], program.places[body.move]
     with np.errstate(invalid="ignore"):  # bridged
@@ -61,7 +71,7 @@ def _joined(program, body, path, most):
     return may
 
 
-def _runs(may):
+def _runs(may: Bools) -> Iterator[tuple[int, int]]:
     """[(first, last)]: the points that stay round those of `may` (n,) bool that follow one another, where there are
     enough."""
     edge = np.diff(may.astype(np.int8))
@@ -70,7 +80,7 @@ def _runs(may):
     return zip(first[own].tolist(), last[own].tolist())
 
 
-def _lines(path, first, last, most):
+def _lines(path: Floats, first: int, last: int, most: float) -> Iterator[tuple[int, int]]:
     """Yield (first, last): the parts of a run of points whose points are all on a line."""
     waiting = [(first, last)]
     while waiting:

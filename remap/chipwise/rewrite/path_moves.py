@@ -5,8 +5,11 @@ Called by flute.py, levels.py and feed.py.  Straight steps lose the points on a 
 is the same.  Lengths mm, machine coordinates of the tool's tip.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +19,10 @@ from chipwise.program.reader import CHORD_MM
 from chipwise.rewrite import shift
 from chipwise.rewrite.edits import Move, Table
 from chipwise.rewrite.program import Circle
+
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Bools, Floats, Ints
+    from chipwise.rewrite.program import Program
 
 ARC_RAD = 2.9  # of a part of an arc at most: less than half a turn has one centre whatever its rounding
 NEAR_SEGMENTS = 10  # that are done are travelled: going up, across and down between those beside them costs as much
@@ -29,11 +36,11 @@ class Body:
 
     points: np.ndarray
     move: np.ndarray
-    lead: list
+    lead: list[int]
     entered: bool = False
 
 
-def without(points, done, above):
+def without(points: Floats, done: Bools, above: float) -> tuple[Floats, Bools, Ints]:
     """A path along the segments of points (k + 1, 3) that are not done (k,) bool, up to `above` (mm), across and down
     between them.
 
@@ -42,32 +49,34 @@ def without(points, done, above):
     """
     index = np.flatnonzero(~done)
     parts = np.split(index, np.flatnonzero(np.diff(index) > NEAR_SEGMENTS) + 1)
-    places, goes, segment = [], [], []
+    places: list[Floats] = []
+    goes: list[Bools] = []
+    segment: list[Ints] = []
     for part in parts:
         a, b = int(part[0]), int(part[-1]) + 1
         if places:
-            places.append([[*places[-1][-1, :2], above], [*points[a, :2], above]])
+            places.append(np.array([[*places[-1][-1, :2], above], [*points[a, :2], above]]))
             goes.append(np.zeros(3, bool))  # up, across, down
-            segment.append([a, a, a])
+            segment.append(np.full(3, a))
         places.append(points[a : b + 1])
         goes.append(np.ones(b - a, bool))
         segment.append(np.arange(a, b))
     return np.concatenate(places), np.concatenate(goes), np.concatenate(segment)
 
 
-def moves_along(program, part, path):
+def moves_along(program: Program, part: Body, path: Floats) -> tuple[Table, Ints]:
     """(Table of the moves along the path of a Body, (n, 2) int: the first and the last of its points that each of them
     goes along).
 
     path (n, 3): where the Body's points have been shifted to; NaN: left out.
     """
     steps = program.step[part.move]
-    bounds = np.concatenate(([0], np.flatnonzero(np.diff(steps)) + 1, [len(steps)]))
+    bounds = np.concatenate((np.array([0]), np.flatnonzero(np.diff(steps)) + 1, np.array([len(steps)])))
     circles = program.circle[steps[bounds[:-1]]]
     single = (circles < 0) & (
         (np.diff(bounds) == 1) | _lines(part.points, path[:, 2], bounds)
     )  # one straight move: most of a long program
-    runs = np.concatenate(([0], np.flatnonzero(np.diff(single)) + 1, [len(single)])).tolist()
+    runs = [0, *(np.flatnonzero(np.diff(single)) + 1).tolist(), len(single)]
     tables, spans = [], []
     for a, b in zip(runs[:-1], runs[1:]):
         if single[a]:
@@ -79,7 +88,7 @@ def moves_along(program, part, path):
     return Table.joined(tables), np.concatenate(spans)
 
 
-def _lines(points, z, bounds):
+def _lines(points: Floats, z: Floats, bounds: Ints) -> Bools:
     """(k,) bool: whether the heights z (n,) of a path between the points `bounds` (k + 1,) are surely on a line, as
     kept_points() sees it."""
     s, a, b = shift.along(points), bounds[:-1], bounds[1:]
@@ -89,19 +98,19 @@ def _lines(points, z, bounds):
     return np.maximum.reduceat(off, a) <= LINE_MM - 1e-9  # NaN: no
 
 
-def _singles(program, part, path, a, b):
+def _singles(program: Program, part: Body, path: Floats, a: Ints, b: Ints) -> tuple[Table, Ints]:
     """(Table, spans) of straight steps from the points a (k,) to b (k,)."""
     there = ~np.isnan(path[b, 2])
     a, b = _travelled(path)[a[there]], b[there]
     return Table(np.full(len(a), FEED, np.int8), path[b], program.feed[part.move[b - 1]], {}), np.column_stack((a, b))
 
 
-def _travelled(path):
+def _travelled(path: Floats) -> Ints:
     """(n,) int: of each point, itself, or the last one before it that is not left out."""
     return np.maximum.accumulate(np.where(np.isnan(path[:, 2]), 0, np.arange(len(path))))
 
 
-def _pieces(program, part, path, bounds, circles):
+def _pieces(program: Program, part: Body, path: Floats, bounds: list[int], circles: list[int]) -> tuple[Table, Ints]:
     """(Table, spans) of steps between the points `bounds`; circles: number of the circle of each, -1: straight."""
     moves, spans = [], []
     for a, b, circle in zip(bounds[:-1], bounds[1:], circles):
@@ -115,7 +124,7 @@ def _pieces(program, part, path, bounds, circles):
     return Table.of(moves), np.array(spans, int).reshape(-1, 2)
 
 
-def _straight(feed, part, path, a, b):
+def _straight(feed: float, part: Body, path: Floats, a: int, b: int) -> tuple[list[Move], list[tuple[int, int]]]:
     """([Move], spans) of the points a .. b of one straight step, those on a line left out."""
     moves, spans = [], []
     before = int(_travelled(path[: a + 1])[-1])
@@ -127,7 +136,9 @@ def _straight(feed, part, path, a, b):
     return moves, spans
 
 
-def _arc(circle, feed, part, path, a, b):
+def _arc(
+    circle: Circle, feed: float, part: Body, path: Floats, a: int, b: int
+) -> tuple[list[Move], list[tuple[int, int]]]:
     """([Move], spans) of the points a .. b of one arc: arcs where the shift is the same, chords elsewhere."""
     moves, spans = [], []
     amount = path[:, 2] - part.points[:, 2]
@@ -149,7 +160,7 @@ def _arc(circle, feed, part, path, a, b):
     return moves, spans
 
 
-def arcs_through(circle, points, amount, feed):
+def arcs_through(circle: Circle, points: Floats, amount: float, feed: float) -> tuple[list[Move], list[int]]:
     """(Arcs, index of the point each ends at) through points (n, 3) of a circle shifted by an amount along Z, none of
     more than ARC_RAD."""
     centre = (circle.centre[0], circle.centre[1], circle.centre[2] + amount)
@@ -163,15 +174,13 @@ def arcs_through(circle, points, amount, feed):
     ], ends.tolist()
 
 
-def polyline(start, moves):
+def polyline(start: Floats, moves: Table) -> tuple[Floats, Ints]:
     """(points (n, 3), owner (n - 1,)): a Table of moves from a place as program/reader.py gives them, arcs in
     chords."""
-    begin, count, parts, last = (
-        np.concatenate((np.array(start, float)[None], moves.end)),
-        np.ones(len(moves), int),
-        [],
-        0,
-    )
+    begin = np.concatenate((np.array(start, float)[None], moves.end))
+    count = np.ones(len(moves), int)
+    parts: list[Floats] = []
+    last = 0
     for number, circle in sorted(moves.circles.items()):
         made = chords(tuple(begin[number].tolist()), Move(ARC, tuple(moves.end[number].tolist()), None, circle))
         parts += [begin[last : number + 1], made]
@@ -179,15 +188,16 @@ def polyline(start, moves):
     return np.concatenate((*parts, begin[last:])), np.repeat(np.arange(len(moves)), count)
 
 
-def chords(begin, move):
+def chords(begin: Floats | tuple[float, ...], move: Move) -> Floats:
     """(n, 3): ends of the chords of an arc of at most half a turn; its radius goes over from that of its begin to that
     of its end."""
-    centre, end = move.circle.centre, np.array(move.end)
-    u, v = {1: (0, 1), 2: (1, 2), 3: (2, 0)}[move.circle.plane]
+    circle, end = move.arc, np.array(move.end)
+    centre = circle.centre
+    u, v = {1: (0, 1), 2: (1, 2), 3: (2, 0)}[circle.plane]
     along = 3 - u - v
     radius, last = (math.hypot(p[u] - centre[u], p[v] - centre[v]) for p in (begin, end))
     a0 = math.atan2(begin[v] - centre[v], begin[u] - centre[u])
-    sweep = arc_sweep((begin[u], begin[v]), (end[u], end[v]), (centre[u], centre[v]), move.circle.turns)
+    sweep = arc_sweep((begin[u], begin[v]), (end[u], end[v]), (centre[u], centre[v]), circle.turns)
     count = max(1, math.ceil(abs(sweep) / chord_angle(radius, CHORD_MM)))
     t = np.arange(1, count + 1) / count
     result = np.empty((count, 3))
@@ -198,7 +208,7 @@ def chords(begin, move):
     return result
 
 
-def kept_points(s, z, tolerance=LINE_MM):
+def kept_points(s: Floats, z: Floats, tolerance: float = LINE_MM) -> list[int]:
     """Indices of the points of a polyline (s, z) that stay when those within a tolerance of a line are left out; NaN:
     left out."""
     good = np.flatnonzero(~np.isnan(z))

@@ -7,11 +7,12 @@ A *move* is one chord: a traverse, a straight feed or a chord of an arc.  A *ste
 traverse, a straight feed or a whole arc.  All lengths mm, machine coordinates of the tool's tip; feeds mm/min.
 """
 
+from __future__ import annotations
+
 import functools
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple, Optional
+from typing import TYPE_CHECKING, Callable, NamedTuple, Optional
 
 import numpy as np
 
@@ -23,6 +24,12 @@ from chipwise.rewrite.blocks import Blocks, blocks_of
 from chipwise.rewrite.growable_array import Growing
 from chipwise.rewrite.source import Lines
 from chipwise.rewrite.words import only_comment, plain_move, words_of
+
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Bools, Corners, Floats, Ints
+    from chipwise.program.executed_words import MarkItem
+    from chipwise.program.reader import Machine
+    from chipwise.rewrite.blocks import Block
 
 MOST_MOVES = 4_000_000  # 500 MB
 INCH = 25.4  # mm
@@ -60,22 +67,23 @@ _SETS = {
 _CYCLES = {73, 74, 76, *range(81, 90)}
 
 
-def after_line(modes, text):
+def after_line(modes: Modes, text: str) -> Modes:
     """Modes after a line of text."""
-    own = {"unclear": False} if modes.unclear else {}
+    own: dict[str, float] = {}
+    unclear = False
     for letter, value in words_of(text):
         if letter != "G":
             continue
         if value is None:
-            own["unclear"] = True
+            unclear = True
         elif value in _SETS:
             own[_SETS[value]] = value if _SETS[value] != "cycle" or value in _CYCLES else 0
             if _SETS[value] == "cycle":
                 own["synchronised"] = value if value in SYNCHRONISED else 0
-    return modes._replace(**own) if own else modes
+    return modes._replace(unclear=unclear, **own) if own or unclear or modes.unclear else modes
 
 
-def modes_by_line(source, subs, modes):
+def modes_by_line(source: Lines, subs: set[int], modes: Modes) -> list[Modes]:
     """[Modes on each line] of a program that is run from the first line to the last; subs: numbers of lines in subs."""
     result = []
     for number, text in enumerate(source, 1):
@@ -97,7 +105,7 @@ class Circle:
     """An arc: plane 1 XY, 2 YZ, 3 XZ; centre (3,) mm; turns, negative: clockwise."""
 
     plane: int
-    centre: tuple
+    centre: tuple[float, ...]
     turns: float
 
 
@@ -108,7 +116,7 @@ class Event:
     at: int
     kind: int
     line: int
-    values: list
+    values: list[float]
 
 
 @dataclass(frozen=True)
@@ -120,18 +128,24 @@ class Lead:
     known_from: int = 0
     arrives: bool = False
     named_from: int = 0
-    notes: tuple = ()
+    notes: tuple[list[int | str], ...] = ()
 
 
 class Moves:
     """Moves of a class that has their kind (n,) int, end (n, 3) mm and lead."""
 
     kind: np.ndarray
+    line: np.ndarray
     end: np.ndarray
+    events: list[Event]
     lead: Lead
-    known_from = property(lambda self: self.lead.known_from)
 
-    def start(self, move):
+    @property
+    def known_from(self) -> int:
+        """Number of the first move that is cut."""
+        return self.lead.known_from
+
+    def start(self, move: int) -> Floats:
         """(3,): start of a move. The machine's position before the first is unknown: the first move starts at its
         end."""
         return self.end[move if self.lead.arrives and move == self.lead.known_from else max(move - 1, 0)]
@@ -155,34 +169,33 @@ class Program(Moves):
     first: np.ndarray
     circle: np.ndarray
     frame: np.ndarray
-    circles: list
-    frames: list
-    events: list
-    source: Sequence  # lines of text
-    modes: list  # Modes on each line
-    messages: list = field(default_factory=list)
-    notes: list = field(default_factory=list)  # [line, text] about how it was read
+    circles: list[Circle]
+    frames: list[records.Frame]
+    events: list[Event]
+    source: Lines
+    modes: list[Modes]  # Modes on each line
+    messages: list[list[int | str]] = field(default_factory=list)
+    notes: list[list[int | str]] = field(default_factory=list)  # [line, text] about how it was read
     blocks: Blocks = field(default_factory=Blocks)
     place: Optional[np.ndarray] = (
         None  # (n,) int: the line of the program itself that makes a move; of a block, its first (marked_reader.py)
     )
-    marks: Optional[np.ndarray] = (
-        None  # (k, 9): moves before it, line and values of each MARK record of a marked program
-    )
-    items: Optional[list] = None  # what the marks refer to
+    # (k, 9): moves before it, line and values of each MARK record of a marked program
+    marks: np.ndarray = field(default_factory=lambda: np.zeros((0, 9)))
+    items: list[MarkItem] = field(default_factory=list)  # what the marks refer to
     simulated: dict = field(default_factory=dict)  # by cell: proof.simulated() of it
     lead: Lead = Lead()
 
     @property
-    def steps(self):
+    def steps(self) -> int:
         return len(self.first) - 1
 
-    def modes_on(self, step):
+    def modes_on(self, step: int) -> Modes:
         """The Modes while a step runs."""
         line = self.place_of(step)
         return self.modes[line - 1] if 1 <= line <= len(self.modes) else Modes()
 
-    def as_written(self, points, step):
+    def as_written(self, points: Floats, step: int) -> Floats:
         """(n, 3) points as they are read back once they are written at a step: rounded to the last digit
         (text.Numbers)."""
         frame, digits, unit = self.frames[self.frame[step]], 5, 1.0
@@ -194,22 +207,22 @@ class Program(Moves):
         return zero + np.round((points - zero) / unit, digits) * unit
 
     @functools.cached_property
-    def first_unclear(self):
+    def first_unclear(self) -> float:
         """Number of the first line with a G word that is an expression; infinite without one."""
         return next((n for n, modes in enumerate(self.modes, 1) if modes.unclear), math.inf)
 
     @functools.cached_property
-    def first_not_plain(self):
+    def first_not_plain(self) -> float:
         """Number of the first line with a G word that is an expression, or with cutter compensation on; infinite
         without one."""
         return next((n for n, modes in enumerate(self.modes, 1) if modes.unclear or modes.cutter_side != 40), math.inf)
 
     @functools.cached_property
-    def remarks(self):
+    def remarks(self) -> Bools:
         """(lines + 1,) bool: by number, the lines with a comment, which may be one that does something."""
         return self.source.having(b"(;")
 
-    def check_writable(self, step, why):
+    def check_writable(self, step: int, why: str) -> None:
         """Unreadable where a step cannot change because it is not in one place of the program."""
         line, unclear = self.line_of(step), self.first_unclear
         if self.traced:
@@ -220,7 +233,7 @@ class Program(Moves):
             what = "subs are called (O-words, M98)" if self.blocks.calls else "the line is in a loop or a condition"
             raise Unreadable(f"{why} here, and {what}", "write the program out without them", line)
 
-    def check_shiftable(self, first, end):
+    def check_shiftable(self, first: int, end: int) -> None:
         """Unreadable where moves first .. end - 1 are written in a way that cannot be shifted; those in blocks of a
         traced program stay."""
         places = self.places[first:end]
@@ -238,41 +251,41 @@ class Program(Moves):
                 )
 
     @property
-    def traced(self):
+    def traced(self) -> bool:
         """Whether each move's place is known: without calls and loops it is the line."""
         return self.place is not None
 
     @property
-    def places(self):
+    def places(self) -> Ints:
         """(n,) int: the line of the program itself that makes each move; of a block, its first."""
         return self.line if self.place is None else self.place
 
-    def place_of(self, step):
+    def place_of(self, step: int) -> int:
         """The same of a step."""
         return int(self.places[self.first[step]])
 
-    def block_of(self, step):
+    def block_of(self, step: int) -> Block | None:
         """The outermost Block that makes a step of a traced program, None without one."""
         return self.blocks.outermost.get(self.place_of(step))
 
-    def before_block(self, block):
+    def before_block(self, block: Block) -> tuple[str | None, float]:
         """(G word of the motion mode, F in mm/min) where a Block of a traced program begins; None, 0 if it is not
         run."""
         found = self.marks[(self.marks[:, 3] == BEGINS) & (self.marks[:, 1] == block.first)]
         return (f"G{found[0, 7] / 10:g}", float(found[0, 8])) if len(found) else (None, 0.0)
 
-    def content(self):
+    def content(self) -> bytes:
         """The program's own bytes."""
         return self.source.data
 
-    def line_of(self, step):
+    def line_of(self, step: int) -> int:
         return int(self.line[self.first[step]])
 
-    def kind_of(self, step):
+    def kind_of(self, step: int) -> int:
         return int(self.kind[self.first[step]])
 
 
-def _short(values):
+def _short(values: Ints) -> Ints:
     """(n,) int32 that need no room where all are the same, as those of most programs are."""
     return np.broadcast_to(values[0], values.shape) if len(values) and (values == values[0]).all() else values
 
@@ -280,31 +293,33 @@ def _short(values):
 class Collector:
     """Blocks of records -> arrays."""
 
-    def __init__(self, most=MOST_MOVES):
+    def __init__(self, most: int = MOST_MOVES) -> None:
         self.most = most  # moves
         self.columns, self.count = (
             (Growing(np.int8), Growing(np.int32), Growing(float, 3), Growing(float)),
             0,
         )  # kind, line, end and feed
         self.first, self.circle, self.frame = (Growing(np.int32) for _ in range(3))
-        self.circles, self.frames, self.events, self.marks = [], [records.Frame()], [], []
-        self.pending = -1
+        self.circles: list[Circle] = []
+        self.frames, self.pending = [records.Frame()], -1
+        self.events: list[Event] = []
+        self.marks: list[Floats] = []
         self._unplaced, self._top, self._lead = rules.Unplaced(), -math.inf, Lead()
 
-    def take(self, block):
+    def take(self, block: Floats) -> None:
         kinds = block[:, 0].astype(int)
         marks = kinds == records.MARK
         if marks.any():
             at = self.count + np.cumsum(kinds <= records.ARC)[marks]
             self.marks.append(np.column_stack((at, block[marks, 1:9])))
             block = block[~marks]
-        for moves, *event in rules.parts(block):
-            if moves is None:
-                self._event(*event)
+        for part in rules.parts(block):
+            if isinstance(part, rules.Other):
+                self._event(*part)
             else:
-                self._moves(moves)
+                self._moves(part.moves)
 
-    def _moves(self, block):
+    def _moves(self, block: Floats) -> None:
         rules.check_positions(block)
         kinds = block[:, 0].astype(np.int8)
         begins = (kinds != records.ARC) | (block[:, 6] > 0)
@@ -325,16 +340,16 @@ class Collector:
                 f"it makes more than {self.most} moves", "look for a loop without an end, or rewrite it in parts"
             )
 
-    def _lead_in(self, block):
+    def _lead_in(self, block: Floats) -> None:
         """Moves of a block that are not to be cut."""
         lead, before = self._unplaced.lead(block, self._top), self._lead
         if lead:
             begins = self._unplaced.arrives and block[lead - 1, 0] != records.RAPID
             before = replace(before, known_from=self.count + lead - begins, arrives=bool(begins))
-        unnamed = np.flatnonzero(block[:, records.UNNAMED]) if before.named_from == self.count else ()
+        unnamed = np.flatnonzero(block[:, records.UNNAMED]) if before.named_from == self.count else np.zeros(0, int)
         self._lead = replace(before, named_from=self.count + int(unnamed[-1]) + 1) if len(unnamed) else before
 
-    def _event(self, kind, line, values):
+    def _event(self, kind: int, line: int, values: list[float]) -> None:
         if kind == records.STOCK:
             self._top = values[7]
         if kind == records.CIRCLE:
@@ -345,7 +360,7 @@ class Collector:
         else:
             self.events.append(Event(self.count, kind, line, values))
 
-    def program(self, path, messages, before, text=True):
+    def program(self, path: str, messages: list[list[int | str]], before: Modes, text: bool = True) -> Program:
         """The Program; text: as in read()."""
         kind, line, end, feed = (column.whole() for column in self.columns)
         self.first.add([self.count])
@@ -374,12 +389,20 @@ class Collector:
             modes,
             messages,
             blocks=blocks,
-            marks=self.marks,
+            marks=np.concatenate(self.marks) if self.marks else np.zeros((0, 9)),
             lead=replace(self._lead, notes=tuple(self._unplaced.notes())),
         )
 
 
-def read(path, machine, stock=None, progress=None, text=True, most=MOST_MOVES, **limits):
+def read(
+    path: str,
+    machine: Machine,
+    stock: Corners | None = None,
+    progress: Callable[[float], object] | None = None,
+    text: bool = True,
+    most: int = MOST_MOVES,
+    **limits: float | None,
+) -> Program:
     """Program of a file.  machine: reader.Machine; stock: (low, high) mm in work coordinates or None; text: whether its
     lines are wanted, with what follows from them (source, modes, blocks); most: moves; limits: of Reader.  Raises
     Unreadable."""
@@ -395,6 +418,6 @@ def read(path, machine, stock=None, progress=None, text=True, most=MOST_MOVES, *
         return program
 
 
-def first_modes(machine):
+def first_modes(machine: Machine) -> Modes:
     """The Modes at a program's beginning."""
     return after_line(Modes(), " ".join(machine.codes))

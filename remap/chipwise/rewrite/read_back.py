@@ -11,8 +11,11 @@ Called by run.py.  Nothing here knows how the text was made.
     That it never cuts deeper than the flutes are long is proved by depth_proof.py.
 """
 
+from __future__ import annotations
+
+import functools
 from dataclasses import dataclass, replace
-from typing import Callable
+from typing import TYPE_CHECKING, Callable, Iterable, Sequence
 
 import numpy as np
 
@@ -20,6 +23,13 @@ from chipwise.program.records import RAPID
 from chipwise.check.simulate import SEGMENT_MM
 from chipwise.rewrite import sections
 from chipwise.clib import layout
+
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Floats
+    from chipwise.clib.height_map import HeightMap, Shape
+    from chipwise.rewrite.expected_program import Foreseen
+    from chipwise.rewrite.program import Circle, Program
+    from chipwise.tool_data.geometry import ToolGeometry
 
 PATH_MM = 0.001
 OVER_MM = 0.006  # OVER_MM of links.py, and the rounding of the text
@@ -36,7 +46,7 @@ class Different(Exception):
     """The second program is not what it should be; str() says where."""
 
 
-def _off(circle, begin, end, p):
+def _off(circle: Circle | None, begin: Floats, end: Floats, p: Floats) -> Floats:
     """Distance of points (n, 3) from a step."""
     if circle is not None:
         u, v = {1: (0, 1), 2: (1, 2), 3: (2, 0)}[circle.plane]
@@ -48,14 +58,14 @@ def _off(circle, begin, end, p):
     return np.sqrt(((p - begin - t[:, None] * d) ** 2).sum(axis=1))
 
 
-def real_steps(program):
+def real_steps(program: Program) -> list[int]:
     """Numbers of the steps that go anywhere."""
     ends = program.end[program.first[1:] - 1]
     begins = np.array([program.start(int(k)) for k in program.first[:-1]]).reshape(-1, 3)
     return np.flatnonzero((np.abs(ends - begins).max(axis=1) > 1e-4) | (program.circle >= 0)).tolist()
 
 
-def same_path(first, second):
+def same_path(first: Program, second: Program) -> None:
     """Raises Different where two Programs do not make the same path."""
     waiting = real_steps(second)[::-1]
     for step in real_steps(first):
@@ -80,7 +90,7 @@ def same_path(first, second):
         raise Different(f"there is more behind line {first.line_of(first.steps - 1)}")
 
 
-def same_feeds(path, second, without=()):
+def same_feeds(path: Foreseen, second: Program, without: Iterable[int] = ()) -> None:
     """Raises Different where a feed move of a Program does not have the F of a Foreseen that makes the same moves.
     without: numbers of lines whose F means nothing, as for G33."""
     wanted, found = path.feed.astype(float), second.feed
@@ -91,7 +101,7 @@ def same_feeds(path, second, without=()):
         raise Different(f"a move of line {path.line[k]} has F {found[k]:.5g} mm/min instead of {wanted[k]:.5g}")
 
 
-def _turned(program, step, circle):
+def _turned(program: Program, step: int, circle: Circle) -> float:
     """Angle (rad) of a step about the centre of a circle."""
     a, b = int(program.first[step]), int(program.first[step + 1])
     points = np.concatenate((program.start(a)[None], program.end[a:b]))
@@ -100,16 +110,20 @@ def _turned(program, step, circle):
     return abs(float(angle[-1] - angle[0]))
 
 
-def simulated(program, geometry, cell):
+def simulated(
+    program: Program, geometry: dict[int, ToolGeometry], cell: float
+) -> list[tuple[HeightMap, list[tuple[float, int, float]]]]:
     """[(height map after each stock, [(deepest traverse, its line, holder)])] of a program; kept with it."""
     if cell not in program.simulated:
         program.simulated[cell] = _simulated(program, geometry, cell)
     return program.simulated[cell]
 
 
-def _simulated(program, geometry, cell, wider=0.0):
+def _simulated(
+    program: Program, geometry: dict[int, ToolGeometry], cell: float, wider: float = 0.0
+) -> list[tuple[HeightMap, list[tuple[float, int, float]]]]:
     """wider: mm by which the tools are larger all round, their tips where they are."""
-    result = []
+    result: list[tuple[HeightMap, list[tuple[float, int, float]]]] = []
     for section, stock in sections.in_stock(program, sections.sections(program, geometry), cell):
         if not result or result[-1][0] is not stock:
             result.append((stock, []))
@@ -126,7 +140,7 @@ def _simulated(program, geometry, cell, wider=0.0):
     return result
 
 
-def _wider(shape, by):
+def _wider(shape: Shape, by: float) -> Shape:
     return replace(
         shape,
         diameter=shape.diameter + 2 * by,
@@ -134,7 +148,7 @@ def _wider(shape, by):
     )
 
 
-def line_below(program, place):
+def line_below(program: Program, place: Sequence[float]) -> int:
     """The line of the feed move whose path in XY is nearest to a place (3,): shifted paths lie above the program's
     own."""
     feeds = np.flatnonzero(program.kind != RAPID)
@@ -146,7 +160,7 @@ def line_below(program, place):
     return int(program.line[feeds[int(np.argmax(off <= off.min() + PATH_MM))]])
 
 
-def same_stock(first, second, geometry, cell):
+def same_stock(first: Program, second: Program, geometry: dict[int, ToolGeometry], cell: float) -> float:
     """Raises Different where the second program breaks a rule; -> worst holder contact (mm) that the first has not."""
     if np.abs(first.end[-1] - second.end[-1]).max() > PATH_MM:
         raise Different("the new program ends at another place")
@@ -156,23 +170,29 @@ def same_stock(first, second, geometry, cell):
             if new[0] > (own[0] + cell if own[0] > OVER_MM else OVER_MM):
                 raise Different(f"a traverse in line {new[1]} of the new program meets {new[0]:.3f} mm of stock")
             holder = max(holder, new[2] - own[2])
-        left = [
-            _Left(own.height, lambda p=program, k=number: _simulated(p, geometry, cell, SIDE_MM)[k][0].height)
-            for own, program in ((stock, first), (other, second))
-        ]
-        _same_heights(*left, HEIGHT_CELLS * cell)
+        lefts = []
+        for own_stock, program in ((stock, first), (other, second)):
+            wider = functools.partial(_simulated, program, geometry, cell, SIDE_MM)
+            lefts.append(_Left(own_stock.height, wider, number))
+        _same_heights(lefts[0], lefts[1], HEIGHT_CELLS * cell)
     return holder
 
 
 @dataclass(frozen=True)
 class _Left:
-    """What a program leaves: height (ny, nx) mm; wider: () -> the same with tools SIDE_MM larger all round."""
+    """What a program leaves: height (ny, nx) mm; simulated: () -> what it leaves of each stock with tools SIDE_MM
+    larger all round; number: of the stock."""
 
     height: np.ndarray
-    wider: Callable
+    simulated: Callable[[], list[tuple[HeightMap, list[tuple[float, int, float]]]]]
+    number: int
+
+    def wider(self) -> np.ndarray:
+        """The height that larger tools leave."""
+        return self.simulated()[self.number][0].height
 
 
-def _same_heights(first, second, slack):
+def _same_heights(first: _Left, second: _Left, slack: float) -> None:
     """Raises Different where what two programs leave is not the same within a cell and `slack` (mm).
 
     On a steep side, SIDE_MM sideways are more than that in height, and a cell at the edge of the stock has no higher

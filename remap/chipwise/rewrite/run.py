@@ -4,14 +4,16 @@
 Called by cli/rewrite.py and filter/work.py.
 """
 
+from __future__ import annotations
+
 import functools
 import math
 import os
 from dataclasses import dataclass, replace
-from typing import Callable, Optional
+from typing import TYPE_CHECKING, Callable, Optional, Protocol, TypeVar, cast
 
 from chipwise.program.program_file import Missing
-from chipwise.program.reader import Machine, Unreadable
+from chipwise.program.reader import Limits, Machine, Unreadable
 from chipwise.errors import CycleError, format_length, unnamed
 from chipwise.host.temp_folder import OwnFolder, writing
 from chipwise.host.processes import return_freed_arrays, return_heap
@@ -25,6 +27,15 @@ from chipwise.rewrite.trials import RESERVE_MM
 from chipwise.rewrite.words import plain_move, words_of
 from chipwise.settings import load_settings
 from chipwise.tool_data.geometry import load_tools
+
+if TYPE_CHECKING:
+    from chipwise.check.assume import Assumption
+    from chipwise.clib.arrays import Corners, Floats
+    from chipwise.rewrite.edits import Edits
+    from chipwise.rewrite.program import Moves
+    from chipwise.tool_data.geometry import ToolGeometry
+
+_Figures = TypeVar("_Figures")
 
 # of rewriting, with needles where the new program has been too deep, or a traverse too near; RESERVE_MM more if too
 # deep
@@ -43,24 +54,44 @@ class Order:
     diameter: Optional[float] = None
 
 
-def rewritten(path, order, progress, machine, stock=None, cell=None, tool=None, diameter=None, **limits):
+def rewritten(
+    path: str,
+    order: Order,
+    progress: Callable[[float], object],
+    machine: Machine,
+    stock: Corners | None = None,
+    cell: float | None = None,
+    tool: int | None = None,
+    diameter: float | None = None,
+    **limits: float | None,
+) -> tuple[bytes, str]:
     """-> (bytes of the new program, what is said).  Raises Unreadable, Different, FolderError, MemoryError.
 
     machine: reader.Machine; stock: (low, high) mm in work coordinates or None; cell: mm; tool: number, diameter: mm, of
     the one in the spindle at the beginning, or None; limits: those of Reader.
     """
+    bounds = cast(Limits, limits)  # mypy 1.0 has no Unpack of a TypedDict
     try:
-        return _rewritten(path, order, progress, machine, stock, cell, limits)
+        return _rewritten(path, order, progress, machine, stock, cell, bounds)
     except Missing as error:
-        found = assumed.assumed(path, machine, error.line, stock, tool, diameter, limits)
-    stock = (found.low, found.high) if found.low else stock
+        found = assumed.assumed(path, machine, error.line, stock, tool, diameter, bounds)
+    stock = (found.low, found.high) if found.low and found.high else stock
     if found.guessed and order.rates:
         order = replace(order, rates=replace(order.rates, raises=False))
-    data, said = _rewritten(path, order, progress, assumed.machine_with(machine, found), stock, cell, limits, found)
+    data, said = _rewritten(path, order, progress, assumed.machine_with(machine, found), stock, cell, bounds, found)
     return data, "; ".join([*found.notes, *([assumed.NEVER_RAISED] if found.guessed and order.rates else []), said])
 
 
-def _rewritten(path, order, progress, machine, stock, cell, limits, assumption=None):
+def _rewritten(
+    path: str,
+    order: Order,
+    progress: Callable[[float], object],
+    machine: Machine,
+    stock: Corners | None,
+    cell: float | None,
+    limits: Limits,
+    assumption: Assumption | None = None,
+) -> tuple[bytes, str]:
     """rewritten(), on an Assumption if there is one."""
     return_freed_arrays()
     try:
@@ -73,9 +104,10 @@ def _rewritten(path, order, progress, machine, stock, cell, limits, assumption=N
         geometry = assumed.geometry_with(geometry, assumption)
     program = read(path, machine, stock, **limits)
     return_heap()
-    limits = {**limits, "most_bytes": MOST_BYTES}
+    limits = limits.copy()
+    limits["most_bytes"] = MOST_BYTES
 
-    def read_it(name, text=True):
+    def read_it(name: str, text: bool = True) -> Program:
         return read(name, machine, stock, text=text, most=flute.MOST_WRITTEN, **limits)
 
     progress(0.2)
@@ -85,17 +117,20 @@ def _rewritten(path, order, progress, machine, stock, cell, limits, assumption=N
     job = Job(program, machine, geometry, cell, read_it, stock, limits, settings["TRAVERSE_CLEARANCE"])
     if assumption and assumption.guessed and not order.rates:
         return assumed.keep_flutes(job)
-    work = write_feeds if order.rates else respect_flutes
-    data, said = work(order, job, lambda share: progress(0.2 + 0.5 * share))
-    return data, "; ".join([*(text for _line, text in program.notes), said])
+
+    def share_done(share: float) -> None:
+        progress(0.2 + 0.5 * share)
+
+    data, said = write_feeds(order.rates, job, share_done) if order.rates else respect_flutes(order, job, share_done)
+    return data, "; ".join([*(str(text) for _line, text in program.notes), said])
 
 
-def rate_unit(machine):
+def rate_unit(machine: Machine) -> tuple[float, str]:
     """(mm3/min of the unit that rates are said in, its name)."""
     return (MM3_PER_IN3, "in3/min") if machine.unit_mm > 10 else (MM3_PER_CM3, "cm3/min")
 
 
-def written(folder, program, edits):
+def written(folder: str, program: Program, edits: Edits) -> str:
     """The path of a Program with Edits that is written in an OwnFolder.  Raises Unreadable, FolderError."""
     path = os.path.join(folder, os.path.basename(program.path))
     with writing(), open(path, "wb") as file:
@@ -103,7 +138,7 @@ def written(folder, program, edits):
     return path
 
 
-def read_back(path, read_it):
+def read_back(path: str, read_it: Callable[[str], Program]) -> Program:
     """The Program of the new text.  Raises Different where it cannot be read."""
     try:
         return read_it(path)
@@ -111,9 +146,15 @@ def read_back(path, read_it):
         raise proof.Different(f"the new program cannot be read ({error})") from error
 
 
-def _content(path):
+def _content(path: str) -> bytes:
     with open(path, "rb") as file:
         return file.read()
+
+
+class ReadsProgram(Protocol):
+    """A function from a path to its Program; text: whether its lines are wanted."""
+
+    def __call__(self, name: str, text: bool = True) -> Program: ...
 
 
 @dataclass
@@ -124,31 +165,36 @@ class Job:
 
     program: Program
     machine: Machine
-    geometry: dict
+    geometry: dict[int, ToolGeometry]
     cell: float
-    read: Callable
-    stock: Optional[tuple]
-    limits: dict
+    read: ReadsProgram
+    stock: Optional[Corners]
+    limits: Limits
     clearance: float
 
-    def moves_of(self, path):
+    def moves_of(self, path: str) -> Program:
         """The Program of a file, without its lines."""
         return self.read(path, text=False)
 
     @functools.cached_property
-    def own_traverses(self):
+    def own_traverses(self) -> list[depth_proof.Witness]:
         """[depths.Witness] of traverses of the program itself that are nearer to stock than the clearance: they stay as
         they are."""
         return depth_proof.too_deep(self.program, self.geometry, self.cell, math.inf, self.clearance)
 
-    def broken(self, program):
+    def broken(self, program: Moves) -> list[depth_proof.Witness]:
         """[depths.Witness] of where a program with edits cuts too deep, or where one of its new traverses is too near
         to stock."""
         found = depth_proof.too_deep(program, self.geometry, self.cell, proof.OVER_MM, self.clearance)
         return depth_proof.but_own(found, self.own_traverses) if any(witness.traverse for witness in found) else found
 
 
-def in_place(job, program, rewrite, check):
+def in_place(
+    job: Job,
+    program: Program,
+    rewrite: Callable[[Program, bool], tuple[Edits, _Figures]],
+    check: Callable[[Program, Edits, _Figures], None],
+) -> tuple[Program, Edits, _Figures]:
     """(Program, Edits, Figures): calls, loops and conditions that hold a step that has to change are written out.
 
     rewrite: (Program, whether steps anywhere may change) -> (Edits, Figures); check: (Program, Edits, Figures), raises
@@ -156,40 +202,46 @@ def in_place(job, program, rewrite, check):
     lines are the user's.
     """
     if not calls.has_blocks(program):
-        return (program, *rewrite(program, False))
+        edits, figures = rewrite(program, False)
+        return program, edits, figures
     edits, figures = rewrite(program, True)
     if not edits:
         return program, edits, figures
-    followed, edits = calls.written_out(
+    followed, (edits, own) = calls.written_out(
         program, (edits, figures), lambda other: rewrite(other, True), job.read, job.machine, job.stock, job.limits
     )
     try:
-        check(followed.program, *edits)
+        check(followed.program, edits, own)
     except Unreadable as error:
         error.line = followed.line_of(error.line)
         raise
-    return followed.program, edits[0], figures
+    return followed.program, edits, figures
 
 
-def respect_flutes(order, job, progress):
+def respect_flutes(order: Order, job: Job, progress: Callable[[float], object]) -> tuple[bytes, str]:
     """CN105492980; -> (bytes, what is said)."""
-    needles, reserve, fed = {}, 0.0, []
+    needles: dict[int, Floats] = {}
+    reserve = 0.0
+    fed: list[tuple[float, ...]] = []
+    second: Moves | None
     with OwnFolder("rewrite") as folder:
         for repeat in range(1, REPEATS + MOST_FED + 1):
             path, second, figures, found = _with_reserve(order, job, progress, reserve, needles, folder, fed)
             if not found:
                 break
-            second, deep = None, any(witness.traverse is None for witness in found)
+            second = None  # long programs need the room
+            deep = any(witness.traverse is None for witness in found)
             if repeat >= REPEATS and (deep or repeat == REPEATS + MOST_FED):
                 raise still_broken(job, found)
             if repeat >= REPEATS:
-                fed += [witness.traverse[3:] for witness in found]
+                fed += [witness.traverse[3:] for witness in found if witness.traverse]
             else:
                 needles = depth_proof.with_needles(needles, found)  # what the map of the edits has not met
                 reserve += RESERVE_MM * deep
         if not path:
             where = "elsewhere" if job.program.lead.notes else "everywhere"
             return job.program.content(), f"the flutes are long enough {where}, the program is unchanged"
+        assert isinstance(second, Program)  # what is written has been read
         proof.same_stock(job.program, second, job.geometry, job.cell)
         second = None
         data = _content(path)
@@ -204,12 +256,20 @@ def respect_flutes(order, job, progress):
     )
 
 
-def _with_reserve(order, job, progress, reserve, needles, folder, fed):
+def _with_reserve(
+    order: Order,
+    job: Job,
+    progress: Callable[[float], object],
+    reserve: float,
+    needles: dict[int, Floats],
+    folder: str,
+    fed: list[tuple[float, ...]],
+) -> tuple[str | None, Moves, flute.Figures, list[depth_proof.Witness]]:
     """One of the repeats -> (path of the new program in the folder, None: not written; what is cut then: Program, or
     Foreseen of what is not written; Figures; [Witness] of what is too deep).  fed: where traverses end that become feed
     moves."""
 
-    def rewrite(program, anywhere):
+    def rewrite(program: Program, anywhere: bool) -> tuple[Edits, flute.Figures]:
         return flute.rewrite(
             program,
             job.geometry,
@@ -217,7 +277,7 @@ def _with_reserve(order, job, progress, reserve, needles, folder, fed):
             progress,
         )
 
-    def check(program, _edits, figures):
+    def check(program: Program, _edits: Edits, figures: flute.Figures) -> None:
         for first, end in figures.shifted:
             program.check_shiftable(first, end)
 
@@ -226,7 +286,8 @@ def _with_reserve(order, job, progress, reserve, needles, folder, fed):
         return None, job.program, figures, depth_proof.too_deep(job.program, job.geometry, job.cell, proof.OVER_MM)
     feed_traverses(program, edits, fed)
     path, without_f = written(folder, program, edits), synchronised_lines(program)
-    meant, program, edits = expected_program.foreseen(program, edits), None, None  # long programs need the room
+    meant = expected_program.foreseen(program, edits)
+    del program, edits  # long programs need the room
     return_heap()
     found = job.broken(meant)
     if found:
@@ -239,7 +300,7 @@ def _with_reserve(order, job, progress, reserve, needles, folder, fed):
     return path, second, figures, found
 
 
-def still_broken(job, found):
+def still_broken(job: Job, found: list[depth_proof.Witness]) -> Unreadable:
     """The Unreadable for depths.Witness that no repeat has mended."""
     unit, deep = job.machine.unit, [witness for witness in found if witness.traverse is None]
     if not deep:
@@ -249,17 +310,17 @@ def still_broken(job, found):
             "take smaller steps in Z here, or a smaller TRAVERSE_CLEARANCE",
             proof.line_below(job.program, found[0].place),
         )
-    worst = max(deep, key=lambda witness: witness.depth - witness.tool.flute_length)
+    worst = max(deep, key=lambda witness: witness.depth - witness.tool.flutes)
     return Unreadable(
         f"the rewritten path of tool {worst.tool.number} would still cut {format_length(round(worst.depth, 3), unit)} "
         f"deep, its "
-        f"flutes are {format_length(worst.tool.flute_length, unit)} long",
+        f"flutes are {format_length(worst.tool.flutes, unit)} long",
         "take smaller steps in Z here, or a tool with longer flutes",
         proof.line_below(job.program, worst.place),
     )
 
 
-def synchronised_lines(program):
+def synchronised_lines(program: Program) -> list[int]:
     """[numbers of the lines whose moves follow the spindle]: their F means nothing."""
     return [
         n
@@ -273,15 +334,15 @@ def synchronised_lines(program):
     ]
 
 
-def write_feeds(order, job, progress):
+def write_feeds(rates: feed.Rates, job: Job, progress: Callable[[float], object]) -> tuple[bytes, str]:
     """JP3131045; -> (bytes, what is said)."""
 
-    def rewrite(program, _anywhere):
+    def rewrite(program: Program, _anywhere: bool) -> tuple[Edits, feed.Figures]:
         return feed.rewrite(
-            program, job.geometry, job.cell, order.rates, job.machine.speeds, synchronised_lines(program), progress
+            program, job.geometry, job.cell, rates, job.machine.speeds, synchronised_lines(program), progress
         )
 
-    def check(program, edits, _figures):
+    def check(program: Program, edits: Edits, _figures: feed.Figures) -> None:
         for step in edits.changed():
             program.check_writable(step, "F has to change")
 
@@ -298,7 +359,7 @@ def write_feeds(order, job, progress):
     )
 
 
-def _with_feeds(job, program, edits):
+def _with_feeds(job: Job, program: Program, edits: Edits) -> bytes:
     """The bytes of a Program with Edits that make no other path.  Raises Unreadable, Different, FolderError."""
     with OwnFolder("rewrite") as folder:
         path = written(folder, program, edits)

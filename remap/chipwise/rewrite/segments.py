@@ -9,15 +9,22 @@ sqrt(2 r w) further.  So a segment has MARGIN_CELLS, and behind it that for a st
 pieces that meet something.  Lengths mm.
 """
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Bools, Floats
+    from chipwise.rewrite.links import Links
 
 NEAR_PIECES = 6  # segments with fewer pieces between them are travelled as one
 MARGIN_CELLS = 1.0
 
 
-def segments(left, s, cell, radius):
+def segments(left: Bools, s: Floats, cell: float, radius: float) -> list[tuple[int, int]]:
     """[(a, b)]: first and last point of the segments of a path where something is left, none beside another.
 
     left (n,) bool: of the pieces of n + 1 points; s (n + 1,): arc length at the points; cell: mm, radius: of the tool.
@@ -37,7 +44,9 @@ def segments(left, s, cell, radius):
     return found
 
 
-def with_links(parts, points, s, most, links):
+def with_links(
+    parts: list[tuple[int, int]], points: Floats, s: Floats, most: float, links: Links
+) -> list[tuple[int, int]]:
     """The same segments, begun up to `most` (mm) earlier if a traverse comes down there, but not where they begin; the
     last one goes on to the end of the path if that is no further and no traverse goes there.  points (n + 1, 3); links:
     a Links in the stock as it is."""
@@ -57,5 +66,5 @@ def with_links(parts, points, s, most, links):
     return result
 
 
-def _comes_down(links, point):
+def _comes_down(links: Links, point: Floats) -> bool:
     return links.wall(point[:2]) <= point[2]

@@ -15,26 +15,33 @@ a disc, lowered by its radius, then a closing by the same disc).  What comes out
 never lies below the shifted path, and has no bend tighter than the disc at a point of the path.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from chipwise.clib.library import library
 
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Bools, Floats
+
 AXIS = (0.0, 0.0, 1.0)
 
 
-def along(points, axis=AXIS):
+def along(points: Floats, axis: tuple[float, float, float] = AXIS) -> Floats:
     """(n,): arc length of the travel of (n, 3) points across the axis."""
     steps = np.diff(points, axis=0)
     across = steps - np.outer(steps @ np.asarray(axis), axis)
-    return np.concatenate(([0.0], np.cumsum(np.sqrt((across * across).sum(axis=1)))))
+    return np.concatenate((np.zeros(1), np.cumsum(np.sqrt((across * across).sum(axis=1)))))
 
 
-def shifted(points, amount, axis=AXIS):
+def shifted(points: Floats, amount: Floats, axis: tuple[float, float, float] = AXIS) -> Floats:
     """(n, 3) points moved by (n,) amounts along the axis."""
     return points + np.outer(amount, axis)
 
 
-def turned_points(first, moved):
+def turned_points(first: Floats, moved: Floats) -> Bools:
     """(n,) bool: points at the ends of segments that travel at 90 degrees or more to those of the first path.
 
     The first and the last point stay.  first, moved (n, 3).
@@ -48,7 +55,7 @@ def turned_points(first, moved):
     return drop
 
 
-def rolled(s, values, radius, side):
+def rolled(s: Floats, values: Floats, radius: float, side: float) -> Floats:
     """(n,): the most of the neighbours' values with discs round them, side 1, or the least below them, side -1."""
     s, values = np.ascontiguousarray(s), np.ascontiguousarray(values)
     result = np.empty(len(s))
@@ -56,7 +63,7 @@ def rolled(s, values, radius, side):
     return result
 
 
-def rounded(s, amount, radius):
+def rounded(s: Floats, amount: Floats, radius: float) -> Floats:
     """(n,): amounts of shift, never smaller, whose corners are arcs of `radius` mm.  s (n,): arc length of the points,
     rising."""
     if radius <= 0.0 or not amount.any():
@@ -66,19 +73,19 @@ def rounded(s, amount, radius):
     return np.maximum(np.maximum(closed, convex), amount)
 
 
-def held(s, amount, air):
+def held(s: Floats, amount: Floats, air: Bools) -> Floats:
     """(n,): amounts of shift that stay up where the path cuts nothing: no way down and up again for nothing.
 
     amount (n,); air (n - 1,) bool: segments that meet no stock.  At the ends the nearest amount holds, between two it
     goes over from one to the other; no amount becomes smaller.
     """
-    inside = ~(np.concatenate((air, [True])) & np.concatenate(([True], air)))
+    inside = ~(np.append(air, True) & np.append(True, air))
     if not inside.any():
         return amount.copy()
     index = np.flatnonzero(inside)
     return np.maximum(between(s[index], amount[index], s), amount)
 
 
-def between(s, amount, wanted):
+def between(s: Floats, amount: Floats, wanted: Floats) -> Floats:
     """(k,): amounts of shift of new points at the arc lengths `wanted`."""
     return np.interp(wanted, s, amount)

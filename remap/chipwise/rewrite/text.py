@@ -13,7 +13,10 @@ Called by run.py.
     mode and F are what the program has there.
 """
 
+from __future__ import annotations
+
 import re
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 
@@ -23,6 +26,12 @@ from chipwise.rewrite.edits import Table, original
 from chipwise.rewrite.move_text import PLANE, G, MoveText, Numbers, g_code
 from chipwise.rewrite.straight_text import StraightLines, long_lines
 from chipwise.rewrite.words import MOTION, active_comments, code, plain_move, with_feed, with_word, words_of
+
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Bools, Floats
+    from chipwise.rewrite.blocks import Block
+    from chipwise.rewrite.edits import Edits
+    from chipwise.rewrite.program import Program
 
 BATCH = 8192  # lines whose numbers are made Python's at a time
 MOST_SHOWN = 120  # characters of a line that is shown as a comment; LinuxCNC takes 255 bytes a line
@@ -38,17 +47,17 @@ _PLAIN_G = {*_OUR_CYCLES, *_SETTERS, 0, 1, 2, 3, 80, 73, 81, 82, 83, 85, 86, 89}
 class Output:
     """The new program's text as it grows, in a file."""
 
-    def __init__(self, file):
+    def __init__(self, file: BinaryIO) -> None:
         self._file = file
         self._open = False  # whether the last line has no end yet
 
-    def line(self, text, end=""):
+    def line(self, text: str, end: str = "") -> None:
         """A line, or lines, after the end of the one before."""
         if text or end:
             self._file.write((text + end).encode("utf-8", "surrogateescape"))
             self._open = not (end or text).endswith("\n")
 
-    def end_line(self, end):
+    def end_line(self, end: str) -> None:
         """What is there ends with an end of line."""
         if self._open:
             self.line(end)
@@ -57,30 +66,30 @@ class Output:
 class Writer:
     """One program with its edits, as text in a file that is open for bytes."""
 
-    def __init__(self, program, edits, file):
+    def __init__(self, program: Program, edits: Edits, file: BinaryIO) -> None:
         self.program, self.edits, self.source = program, edits, program.source
         self.out = Output(file)
-        self.at = np.array(program.start(0), float)  # mm, machine coordinates
-        self.motion = None  # G-code in force in the output, None: as in the source
-        self.feed = None  # F in force in the output, mm/min; None: as in the source
-        self._said = None  # the note on the last line that was written out
+        self.at: Floats | tuple[float, ...] = np.array(program.start(0), float)  # mm, machine coordinates
+        self.motion: str | None = None  # G-code in force in the output, None: as in the source
+        self.feed: float | None = None  # F in force in the output, mm/min; None: as in the source
+        self._said: str | None = None  # the note on the last line that was written out
         self._place = program.places[program.first[:-1]]  # (m,) int: the line of each step
         self._by_place = np.argsort(self._place, kind="stable").astype(
             np.int32
         )  # (m,): the steps line by line, and where each line's begin
-        self._begin = np.concatenate(([0], np.cumsum(np.bincount(self._place, minlength=len(self.source) + 1)))).astype(
-            np.int32
-        )
+        self._begin = np.concatenate(
+            (np.array([0]), np.cumsum(np.bincount(self._place, minlength=len(self.source) + 1)))
+        ).astype(np.int32)
         self._straight = StraightLines(program, edits, (np.diff(self._begin) == 1)[self._place])
         self.end = "\r\n" if self.source and self.source[0].endswith("\r\n") else "\n"
 
-    def write(self):
+    def write(self) -> None:
         """The whole text.  Raises Unreadable."""
         written_out = self._written_out()
         for number, text in enumerate(self.source, 1):
             self._line(number, text, written_out[number])
 
-    def _line(self, number, text, is_written_out):
+    def _line(self, number: int, text: str, is_written_out: bool) -> None:
         """A line of the source, and the moves behind it."""
         steps, blocks = self._steps_of(number), self.program.blocks
         if is_written_out:
@@ -96,11 +105,11 @@ class Writer:
 
     # ---- which lines ------------------------------------------------------------------------------------------
 
-    def _steps_of(self, number):
+    def _steps_of(self, number: int) -> list[int]:
         """[numbers of the steps that a line makes], rising."""
         return self._by_place[self._begin[number] : self._begin[number + 1]].tolist()
 
-    def _written_out(self):
+    def _written_out(self) -> Bools:
         """(n + 1,) bool: by number, the lines that are written out [2], [3]."""
         edits, place = self.edits, self._place
         several = (np.diff(self._begin) > 1)[place]
@@ -132,7 +141,7 @@ class Writer:
                 self._check(number)
         return result
 
-    def _cycle_of(self, steps):
+    def _cycle_of(self, steps: list[int]) -> float:
         """The canned cycle that a line runs, 0 without one."""
         program = self.program
         return (
@@ -141,7 +150,7 @@ class Writer:
             else 0
         )
 
-    def _check(self, number):
+    def _check(self, number: int) -> None:
         """[5]"""
         if not 1 <= number <= len(self.source):
             raise Unreadable(
@@ -189,7 +198,7 @@ class Writer:
 
     # ---- lines ------------------------------------------------------------------------------------------------
 
-    def _keep(self, text, steps, synchronised):
+    def _keep(self, text: str, steps: list[int], synchronised: float) -> None:
         """[1], [4]; synchronised: of Modes."""
         self._said = None
         plain = plain_move(text)
@@ -198,18 +207,17 @@ class Writer:
         feeds = [s for s in steps if self.program.kind_of(s) != RAPID and synchronised not in _WITHOUT_F]
         wanted = self.edits.feeds.get(feeds[0]) if len(steps) == 1 and feeds else None
         if steps and self.motion is not None and not (says_motion or beside or self._cycle_of(steps)):
-            own = _g_of(self.program, steps[0])
-            if own != self.motion:
-                text = with_word(text, own)
+            word = _g_of(self.program, steps[0])
+            if word != self.motion:
+                text = with_word(text, word)
         if steps and not beside or says_motion:
             self.motion = None
         if feeds and (wanted is not None or self.feed is not None):
             own = float(self.program.feed[self.program.first[feeds[0]]])
             target = own if wanted is None else wanted
             says = any(letter == "F" for letter, _ in words_of(text))
-            if (wanted is not None and (self.feed is None or abs(self.feed - target) > 1e-9 or says)) or (
-                wanted is None and not says and abs(self.feed - target) > 1e-9
-            ):
+            differs = self.feed is None or abs(self.feed - target) > 1e-9
+            if (wanted is not None and (differs or says)) or (wanted is None and not says and differs):
                 units = self.program.modes_on(steps[-1]).units
                 changed = with_feed(text, Numbers(units).feed(target))
                 if changed is None:
@@ -226,7 +234,7 @@ class Writer:
             self.at = self.program.end[self.program.first[steps[-1] + 1] - 1]
         self.out.line(text)
 
-    def _keep_of_block(self, number, text, block):
+    def _keep_of_block(self, number: int, text: str, block: Block) -> None:
         """[6]"""
         self._said, steps = None, self._steps_of(block.first)
         if number == block.first and (self.motion is not None or self.feed is not None):
@@ -246,7 +254,7 @@ class Writer:
             self.at = self.program.end[self.program.first[steps[-1] + 1] - 1]
         self.out.line(text)
 
-    def _write_out(self, number, text, steps):
+    def _write_out(self, number: int, text: str, steps: list[int]) -> None:
         """[2]"""
         self.out.end_line(self.end)
         plain = plain_move(text)
@@ -271,7 +279,7 @@ class Writer:
             parts += [own, *filter(None, [self.edits.after.get(step)])]
         self._moves(steps[-1], Table.joined(parts), number)
 
-    def _write_straight(self, text, step):
+    def _write_straight(self, text: str, step: int) -> None:
         """The same of nearly all lines."""
         lines, last, self.feed = self._straight.moves(step, self.feed, self.end)
         self.out.line(f"{self._shown(self._straight.note(step), text)}{self.end}{lines}")
@@ -279,21 +287,21 @@ class Writer:
             self.motion, self.at = G[last[0]], last[1]
         self._take_over(step)
 
-    def _shown(self, note, text):
+    def _shown(self, note: str | None, text: str) -> str:
         """The comment above what takes a line's place.  The note is said once: long programs have millions of such
         lines."""
         old = _BRACKETS.sub(" ", text).strip()[:MOST_SHOWN]
         had, self._said = self._said, note or "written out"
         return f"(was: {old})" if had == self._said else f"(chipwise: {self._said}: {old})"
 
-    def _take_over(self, step):
+    def _take_over(self, step: int) -> None:
         """The F of the source is in force behind a step if the output's is the same."""
         program = self.program
         own = float(program.feed[program.first[step + 1] - 1]) if program.kind_of(step) != RAPID else None
         if own is not None and self.feed is not None and abs(self.feed - own) < 1e-9:
             self.feed = None
 
-    def _moves(self, step, moves, number):
+    def _moves(self, step: int, moves: Table, number: int) -> None:
         """Moves in the coordinate system and the modes of a step's line [2], [4]."""
         program = self.program
         modes, frame = self.program.modes_on(step), program.frames[program.frame[step]]
@@ -313,18 +321,24 @@ class Writer:
             self.out.line("G91", self.end)
         self._take_over(step)
 
-    def _single_moves(self, text, moves):
+    def _single_moves(self, text: MoveText, moves: Table) -> None:
         """Moves one by one, with a MoveText of their own.  Segments that are travelled again may have arcs of other
         planes than the line's."""
         move, plane = None, text.modes.plane
         for move in moves:
             words = text.words(move)
-            if words and move.kind == ARC and PLANE[move.circle.plane] != plane:
-                plane = PLANE[move.circle.plane]
+            if words and move.kind == ARC and PLANE[move.arc.plane] != plane:
+                plane = PLANE[move.arc.plane]
                 words.insert(0, f"G{plane}")
-            if words and move.kind != RAPID and (self.feed is None or abs(self.feed - move.feed) > 1e-9):
-                words.append("F" + text.numbers.feed(move.feed))
-                self.feed = move.feed
+            feed = move.feed
+            if (
+                words
+                and move.kind != RAPID
+                and feed is not None
+                and (self.feed is None or abs(self.feed - feed) > 1e-9)
+            ):
+                words.append("F" + text.numbers.feed(feed))
+                self.feed = feed
             if words:
                 self.out.line(" ".join(words), self.end)
         if plane != text.modes.plane:
@@ -334,5 +348,5 @@ class Writer:
             self.motion = g_code(move)
 
 
-def _g_of(program, step):
+def _g_of(program: Program, step: int) -> str:
     return g_code(original(program, step))

@@ -5,14 +5,21 @@ Called by flute.py, levels.py and trials.py.  depth_proof.py proves the whole pr
 here.  Lengths mm, machine coordinates of the tool's tip.
 """
 
+from __future__ import annotations
+
 import ctypes as C
 import weakref
+from typing import TYPE_CHECKING, Callable, Sequence
 
 import numpy as np
 
 from chipwise.rewrite import depth_proof, sections
 from chipwise.clib import layout
 from chipwise.clib.library import library
+
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Bools, Floats, Ints, Records
+    from chipwise.clib.height_map import HeightMap
 
 ROOM = 100_000  # witnesses of one path
 SQUARES = 20_000_000  # looked at for one path: seconds; beyond, nothing is sought in this stock any more
@@ -28,23 +35,29 @@ class Sought:
     expected: () -> a depths.Path of moves with these tools that none to come will be lower than, or None.
     """
 
-    def __init__(self, stock, tools, expected=None):
-        limits = [sections.finite_room(tool.flute_length) + ALLOWED_MM for tool in tools]
+    _found: Records
+
+    def __init__(
+        self, stock: HeightMap, tools: list[sections.Tool], expected: Callable[[], depth_proof.Path] | None = None
+    ) -> None:
+        limits = [tool.flutes + ALLOWED_MM for tool in tools]
         self._stock, self._tools, self._table = stock, tools, depth_proof.table_of(tools, limits)
-        self._waiting, self._handle, self._found, self._expected = [], None, None, expected
+        self._waiting: list[tuple[int, Floats, Floats]] = []
+        self._handle: int | None = None
+        self._expected = expected
         self.is_off = False
 
-    def follow(self, tool, start, ends):
+    def follow(self, tool: sections.Tool, start: Floats, ends: Floats) -> None:
         """Moves from start (3,) along ends (n, 3) that stay as they are: cut as soon as a path is asked about."""
         if len(ends) and not self.is_off:
             self._waiting.append((self._tools.index(tool), np.asarray(start, float), np.asarray(ends, float)))
 
-    def too_deep(self, tool, places, asked=True):
+    def too_deep(self, tool: sections.Tool, places: Floats, asked: bool | Bools = True) -> Records:
         """FOUND records of what moves along places (n, 3) meet too deep, behind all that is kept; they take the place
         of those asked about before.  The tool comes down at the first place.  asked (n - 1,) bool: which of the moves
         are asked for."""
         if self.is_off:
-            return ()
+            return np.zeros(0, depth_proof.FOUND)
         if self._handle is None:
             self._open()
         library().chip_proof_back(self._handle)
@@ -57,12 +70,12 @@ class Sought:
         self._add(depth_proof.not_judged(own), above, places[:1])
         return self._add(np.where(asked, own, depth_proof.not_judged(own)), places[0], places[1:])
 
-    def keep(self):
+    def keep(self) -> None:
         """The moves that were asked about last stay."""
         if not self.is_off and library().chip_proof_mark(self._handle) < 0:
             raise MemoryError
 
-    def _open(self):
+    def _open(self) -> None:
         self._handle = library().chip_proof_open(
             C.byref(depth_proof.shape_of(self._stock)),
             self._table.ctypes.data,
@@ -79,7 +92,7 @@ class Sought:
         self._found = np.zeros(ROOM, depth_proof.FOUND)
         self.keep()
 
-    def _add(self, index, start, ends):
+    def _add(self, index: int | Ints, start: Sequence[float] | Floats, ends: Floats) -> Records:
         start, to = np.ascontiguousarray(start, np.float64), np.ascontiguousarray(ends, np.float64)
         tool, squares = np.full(len(to), index, np.int32), C.c_int64(SQUARES)
         path = layout.ProofPath(start.ctypes.data, to.ctypes.data, tool.ctypes.data, len(to))

@@ -6,6 +6,10 @@ Called by flute.py, whose [2] and [3] this is.  Source: CN105492980 [0094]..[011
 Lengths mm, machine coordinates of the tool's tip.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Callable
+
 import numpy as np
 
 from chipwise.program.reader import Unreadable
@@ -16,6 +20,12 @@ from chipwise.rewrite.cut_cache import PART_POINTS, Recut
 from chipwise.rewrite.merge_moves import beside, with_fewer
 from chipwise.rewrite.links import OVER_MM
 from chipwise.rewrite.trial_proof import ALLOWED_MM
+
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Bools, Floats, Ints
+    from chipwise.clib.height_map import HeightMap
+    from chipwise.rewrite.program import Program
+    from chipwise.rewrite.trial_proof import Sought
 
 LEFT_MM = 0.002  # smaller shifts are ignored
 MOST_ROUNDS = 400  # of trials of one path; each raises some point
@@ -31,7 +41,17 @@ class Trials:
     Sought of what comes before; limit: mm, depth up to which the flutes are used; more: mm by which what is deeper is
     raised higher than that."""
 
-    def __init__(self, program, body, stock, tool, lead_in, sought, limit, more):
+    def __init__(
+        self,
+        program: Program,
+        body: path_moves.Body,
+        stock: HeightMap,
+        tool: sections.Tool,
+        lead_in: Callable[[Floats], None],
+        sought: Sought,
+        limit: float,
+        more: float,
+    ) -> None:
         self.program, self.body, self.stock, self.tool, self.lead_in = program, body, stock, tool, lead_in
         self.sought, self.limit, self.more = sought, limit, more
         self.bridged = 0  # points of the path that was found
@@ -40,7 +60,7 @@ class Trials:
         self.recut = Recut(stock, tool.shape)
         self.s = shift.along(body.points)
 
-    def shifted(self, radius, target=None, depth=None):
+    def shifted(self, radius: float, target: sections.Window | None = None, depth: Floats | None = None) -> Floats:
         """The shifted path, which is cut: (n, 3) points, NaN where they are left out (_path()).
 
         radius: of corners; depth: what the path has met, if that is known; target: Window of what the first path
@@ -54,7 +74,8 @@ class Trials:
         air = depth <= OVER_MM
         need, dropped = np.full(len(points), -np.inf), np.zeros(len(points), bool)
         self._raise_first(need, dropped, depth)
-        tried, moved = set(), None
+        tried: set[int] = set()
+        moved = None
         for _ in range(MOST_ROUNDS):
             if moved is None:
                 amount = shift.held(self.s, np.maximum(need - points[:, 2], 0.0), air)
@@ -84,27 +105,27 @@ class Trials:
             int(self.program.line[self.body.move[0]]),
         )
 
-    def _raise_first(self, need, dropped, depth):
+    def _raise_first(self, need: Floats, dropped: Bools, depth: Floats) -> None:
         """Both ends of each segment of the first path that meets too much; depth (n - 1,): what they meet."""
         z, over = self.body.points[:, 2], depth - self.limit
         k = np.flatnonzero(over > ALLOWED_MM)
         if len(k):
             _raise(need, dropped, k, k + 1, np.minimum(z[k], z[k + 1]) + over[k] + self.more)
 
-    def _path(self, moved, dropped):
+    def _path(self, moved: Floats, dropped: Bools) -> Floats:
         """(n, 3): the path that is written; points that are bridged or left out are NaN."""
         path = moved.copy()
         path[dropped] = np.nan
         return with_fewer(self.program, self.body, path, beside(self.tool.shape))
 
-    def _written(self, path):
+    def _written(self, path: Floats) -> tuple[Floats, Ints]:
         """(chords (n, 3), spans (n - 1, 2)): a path as it will be read back; first and last point that each chord goes
         to."""
         moves, spans = path_moves.moves_along(self.program, self.body, path)
         chords, owner = path_moves.polyline(path[0], moves)
         return self.program.as_written(chords, int(self.program.step[self.body.move[0]])), spans[owner]
 
-    def _too_low_as_written(self, chords, spans):
+    def _too_low_as_written(self, chords: Floats, spans: Ints) -> tuple[Ints, Ints, Floats] | None:
         """Cuts a path as it will be read back; -> (first point, last point, Z (k,)) that they must not be below where
         it is too deep, None:  nowhere."""
         self.window.restore()
@@ -114,9 +135,12 @@ class Trials:
         over = self.recut.depths(points[0], points[1:], spans[:, 1] // PART_POINTS) - self.limit
         low, at = np.minimum(points[:-1, 2], points[1:, 2]), shift.along(points)
         k = np.flatnonzero(over > ALLOWED_MM)
-        return (*self._between(spans[k], at[k], at[k + 1]), low[k] + over[k] + self.more) if len(k) else None
+        if not len(k):
+            return None
+        first, last = self._between(spans[k], at[k], at[k + 1])
+        return first, last, low[k] + over[k] + self.more
 
-    def _between(self, spans, begin, end):
+    def _between(self, spans: Ints, begin: Floats, end: Floats) -> Ints:
         """(first, last), each (k,): the points round begin .. end (k,) mm along the path, which are between those of
         spans (k, 2)."""
         bounds = []
@@ -130,7 +154,9 @@ class Trials:
             )
         return np.array(bounds).T
 
-    def _too_low_proved(self, chords, spans, need, dropped):
+    def _too_low_proved(
+        self, chords: Floats, spans: Ints, need: Floats, dropped: Bools
+    ) -> tuple[Ints, Ints, Floats] | None:
         """The same without needles: trial_proof.py; what no raising of points helps is left to the repeats."""
         self.proofs += 1
         found = self.sought.too_deep(self.tool, chords)
@@ -144,12 +170,12 @@ class Trials:
         helps = (need[first] < z) | (need[last] < z) | dropped[first] | dropped[last]
         return (first[helps], last[helps], z[helps]) if helps.any() else None
 
-    def _bridges(self, moved, dropped, tried, target):
+    def _bridges(self, moved: Floats, dropped: Bools, tried: set[int], target: sections.Window) -> Bools | None:
         """[0101]..[0103]: points to drop besides; None where there are none that may go."""
         points, kept = self.body.points, np.flatnonzero(~dropped)
-        turned = kept[shift.turned_points(points[kept], moved[kept])]
-        raised = moved[turned, 2] > points[turned, 2] + LEFT_MM
-        turned = [int(k) for k in turned[raised] if int(k) not in tried]
+        sharp = kept[shift.turned_points(points[kept], moved[kept])]
+        raised = moved[sharp, 2] > points[sharp, 2] + LEFT_MM
+        turned = [int(k) for k in sharp[raised] if int(k) not in tried]
         if not turned:
             return None
         tried.update(turned)
@@ -157,7 +183,7 @@ class Trials:
         new[turned] = True
         return new if not self._interferes(moved, new, target) else self._bridges(moved, dropped, tried, target)
 
-    def _interferes(self, moved, dropped, target):
+    def _interferes(self, moved: Floats, dropped: Bools, target: sections.Window) -> bool:
         """Whether a bridge would cut into what the first path leaves."""
         now = target.swapped()
         index, gouged = np.flatnonzero(~dropped), False
@@ -169,7 +195,7 @@ class Trials:
         return gouged
 
 
-def _raise(need, dropped, first, last, z):
+def _raise(need: Floats, dropped: Bools, first: Ints, last: Ints, z: Floats) -> None:
     """Points first .. last, each (k,), must not be below z (k,); those of a bridge that is too deep are points of the
     path again."""
     for at in range(int((last - first).max()) + 1):

@@ -12,8 +12,11 @@ Called by calls.py.
     what it has left.
 """
 
+from __future__ import annotations
+
 import os
 import re
+from typing import TYPE_CHECKING, Iterable
 
 import numpy as np
 
@@ -27,6 +30,12 @@ from chipwise.rewrite.move_text import MoveText, Numbers, g_code, plain
 from chipwise.rewrite.marked_reader import AT, FEED, FILE, ITEM, LINE_NUMBER, MOTION, SIDE, WHAT, modes_of
 from chipwise.rewrite.words import active_comments, code, plain_move, words_of
 
+if TYPE_CHECKING:
+    from chipwise.program.executed_words import MarkItem
+    from chipwise.rewrite.blocks import Block
+    from chipwise.rewrite.marked_reader import Followed
+    from chipwise.rewrite.program import Modes
+
 MOST_SHOWN = 120  # characters of a line that is shown as a comment
 MOST_LINES = 40  # of a block that are shown
 # known on the machine only, or while it runs: what a block does by them is not known before
@@ -39,15 +48,20 @@ _VALUE = re.compile(r"#\s*<_value", re.I)
 class Unroller:
     """One Followed program (marked_reader.py)."""
 
-    def __init__(self, followed):
+    def __init__(self, followed: Followed) -> None:
         self.followed, self.program = followed, followed.program
         self.marks = self.program.marks
         self.steps = np.searchsorted(self.program.first, self.marks[:, AT]).tolist()  # before each mark
-        self.checked = set()  # (file, line) of lines that may be written out
+        self.checked: set[tuple[int, int]] = set()  # (file, line) of lines that may be written out
         self.end = "\r\n" if self.program.source[0].endswith("\r\n") else "\n"
-        self.out, self.checks, self.origin, self.key, self.text = [], {}, [], None, None
+        self.out: list[str] = []
+        self.checks: dict[int, int] = {}
+        self.origin: list[int] = []
+        self.key: tuple[int, float, float] | None = None
+        self.text: MoveText | None = None
+        self.motion: str | None = None
 
-    def write(self, blocks):
+    def write(self, blocks: set[Block]) -> bytes:
         """Bytes of the program with Blocks written out.  Then checks is {line of it: first line of the block that it is
         the end of}, and origin [the line of the program that each of its lines comes from]."""
         program, outermost = self.program, self.program.blocks.outermost
@@ -64,16 +78,17 @@ class Unroller:
 
     # ---- a block ----------------------------------------------------------------------------------------------
 
-    def _line(self, text):
+    def _line(self, text: str) -> None:
         self.out.append(text + self.end)
 
-    def _block(self, block):
+    def _block(self, block: Block) -> None:
         begin, last = self._marks_of(block)
         if self.program.first[self.steps[begin]] < self.program.lead.named_from:
             raise kept_codes.cannot("its moves", block.first, "X, Y and Z are not all named before")
         self._check_text(block)
         self._show(block)
-        modes, self.motion = modes_of(self.marks[begin]), f"G{self.marks[begin, MOTION] / 10:g}"
+        modes = modes_of(self.marks[begin])
+        self.motion = f"G{self.marks[begin, MOTION] / 10:g}"
         self.now, self.feed, self.key, self.fresh, self.shifted = (
             modes,
             float(self.marks[begin, FEED]),
@@ -95,7 +110,7 @@ class Unroller:
                 raise
         self._leave(block, last)
 
-    def _marks_of(self, block):
+    def _marks_of(self, block: Block) -> tuple[int, int]:
         """Numbers of the first and the last mark of a block."""
         begins = np.flatnonzero((self.marks[:, WHAT] == BEGINS) & (self.marks[:, LINE_NUMBER] == block.first))
         ends = np.flatnonzero((self.marks[:, WHAT] == ENDS) & (self.marks[:, LINE_NUMBER] == block.first))
@@ -111,7 +126,7 @@ class Unroller:
             )
         return int(begins[0]), int(ends[0])
 
-    def _show(self, block):
+    def _show(self, block: Block) -> None:
         """The block's own lines as comments."""
         shown = self.program.source[block.first - 1 : block.last]
         for k, text in enumerate(shown[:MOST_LINES]):
@@ -120,12 +135,12 @@ class Unroller:
         if len(shown) > MOST_LINES:
             self._line(f"(chipwise: | and {len(shown) - MOST_LINES} lines more)")
 
-    def _source(self, k):
+    def _source(self, k: int) -> str:
         """The text of an executed line."""
         file, number = int(self.marks[k, FILE]), int(self.marks[k, LINE_NUMBER])
         return (self.program.source if file == 0 else self.followed.texts[file - 1])[number - 1]
 
-    def _check_text(self, block):
+    def _check_text(self, block: Block) -> None:
         """Unreadable for what is known on the machine only, in the block and in all subs."""
         program, source = self.program, self.program.source
         own = [(n, source[n - 1]) for n in (*range(block.first, block.last + 1), *sorted(program.blocks.subs))]
@@ -137,7 +152,7 @@ class Unroller:
             if "_value" in text and _VALUE.search(code(text)) and number not in program.blocks.inside:
                 raise kept_codes.cannot("#<_value>", number, "a line behind it reads what the sub returns")
 
-    def _check_line(self, k):
+    def _check_line(self, k: int) -> None:
         """Unreadable for an executed line that cannot be written out whatever it does."""
         place = int(self.marks[k, FILE]), int(self.marks[k, LINE_NUMBER])
         if place in self.checked:
@@ -151,7 +166,7 @@ class Unroller:
         if "=" in text and (number := not_the_users(text)) is not None:
             raise kept_codes.cannot(f"#{number}", line, "the line sets a parameter of LinuxCNC's own")
 
-    def _executed(self, k):
+    def _executed(self, k: int) -> None:
         """What a line has done: the modes it has set, its codes, its moves [2], [3]."""
         self._check_line(k)
         program, item, line = self.program, self._item(k), int(self.marks[k, LINE_NUMBER])
@@ -164,7 +179,7 @@ class Unroller:
         if codes:
             self._codes(codes, own, k)
             self.shifted = self.shifted or any(letter == "G" and int(code) in (43, 49) for letter, code in codes)
-            if end > first and not own and not kept_codes.may_move(item):
+            if end > first and not own and item and not kept_codes.may_move(item):
                 raise kept_codes.cannot(" ".join(f"{a}{b:g}" for a, b in codes), line, "the machine moves by it")
         if own:
             self.motion, self.fresh, self.shifted = None, True, False
@@ -173,11 +188,11 @@ class Unroller:
             raise kept_codes.cannot("an arc", line, "the tool's length has changed just before")
         self._moves(range(first, end), after)
 
-    def _item(self, k):
+    def _item(self, k: int) -> MarkItem | None:
         number = int(self.marks[k, ITEM])
         return self.program.items[number] if number >= 0 and self.marks[k, WHAT] not in (BEGINS, ENDS) else None
 
-    def _set(self, modes):
+    def _set(self, modes: Modes) -> None:
         """The modes that decide how lengths and arcs are read."""
         words = [
             f"G{getattr(modes, name):g}"
@@ -188,7 +203,7 @@ class Unroller:
             self._line(" ".join(words))
         self.now = modes
 
-    def _codes(self, codes, own, k):
+    def _codes(self, codes: list[tuple[str, float]], own: bool, k: int) -> None:
         """The kept codes of a line; in G91 where they move by themselves and the program has it."""
         relative = own and modes_of(self.marks[k + 1]).distance == 91
         words = [letter + plain(value, 9) for letter, value in codes]
@@ -204,7 +219,7 @@ class Unroller:
         if relative:
             self._line("G90")
 
-    def _comment(self, text, item, line):
+    def _comment(self, text: str, item: MarkItem, line: int) -> None:
         own = active_comments(text)[-1]
         if "#" in own:
             if "said" not in item:
@@ -212,7 +227,7 @@ class Unroller:
             own = f"(MSG,{re.sub('[()]', ' ', item['said'])})"
         self._line(own)
 
-    def _moves(self, steps, modes):
+    def _moves(self, steps: range, modes: Modes) -> None:
         program = self.program
         for step in steps:
             fresh = self.fresh or self.shifted  # where the tool is before, the records need not say
@@ -221,20 +236,22 @@ class Unroller:
             if not fresh and move.circle is None and np.abs(np.asarray(move.end) - start).max() < 1e-9:
                 continue
             key = int(program.frame[step]), modes.units, modes.arc_distance
-            if fresh or key != self.key or np.abs(np.asarray(self.text.at) - start).max() > 1e-9:
-                self.key, self.text = key, MoveText(program.frames[key[0]], modes, start)
-            words = self.text.words(move)
+            text = self.text
+            if fresh or key != self.key or text is None or np.abs(np.asarray(text.at) - start).max() > 1e-9:
+                text = MoveText(program.frames[key[0]], modes, start)
+                self.key, self.text = key, text
+            words = text.words(move)
             if not words:
                 continue
-            if move.kind != RAPID and abs(self.feed - move.feed) > 1e-9:
-                words.append("F" + plain(move.feed * self.text.numbers.scale, 6))
+            if move.kind != RAPID and move.feed is not None and abs(self.feed - move.feed) > 1e-9:
+                words.append("F" + plain(move.feed * text.numbers.scale, 6))
                 self.feed = move.feed
             self.motion = g_code(move)
             self._line(" ".join(words))
 
     # ---- behind it --------------------------------------------------------------------------------------------
 
-    def _leave(self, block, last):
+    def _leave(self, block: Block, last: int) -> None:
         """[4]"""
         mark = self.marks[last]
         for name, value in self.program.items[int(mark[ITEM])]["changed"].items():
@@ -253,7 +270,7 @@ class Unroller:
                 )
 
 
-def says_motion(source):
+def says_motion(source: Iterable[str]) -> bool:
     """Whether the first line with a move, or the program's end, comes with a motion G word of its own and before any
     O-word."""
     for text in source:

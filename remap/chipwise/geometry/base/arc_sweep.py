@@ -15,7 +15,7 @@ FUZZ = 1e-8  # CART_FUZZ: machine units, and their square
 
 
 def arc_sweep(
-    start: Sequence[float], end: Sequence[float], centre: Sequence[float], turns: int, scale: float = 1.0
+    start: Sequence[float], end: Sequence[float], centre: Sequence[float], turns: float, scale: float = 1.0
 ) -> float:
     """Angle (rad, positive counter-clockwise) from start to end about the centre, each two coordinates in the plane;
     turns: +-1 for an arc of at most a full turn, more for whole turns besides; scale: machine units of a unit of the
