@@ -39,7 +39,7 @@ class Moved(NamedTuple):
 
 
 class Other(NamedTuple):
-    """A record that is no move."""
+    """A record of something else than a move."""
 
     kind: int
     line: int

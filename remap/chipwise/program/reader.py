@@ -153,7 +153,7 @@ def runs_python(ini):
 
 
 class Limits(TypedDict, total=False):
-    """Fields of a Reading that bound what reading may take."""
+    """What bounds the reading of a program: as in Reading."""
 
     quiet_s: float
     cpu_s: float
