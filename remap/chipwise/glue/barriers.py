@@ -18,6 +18,7 @@ from chipwise.turning.request import FAR_MM, box
 if TYPE_CHECKING:
     from chipwise.glue.state import State
     from chipwise.program.interp import Interp, Waits
+    from chipwise.turning.profile_function import Box
 
 COUNT = "_chipwise>barriers"  # no program can write it: to LinuxCNC's parser a name ends at ">"
 MOST = 20
@@ -70,10 +71,8 @@ def forget(interp: Interp) -> None:
         del parameters[name]
 
 
-def in_work_coordinates(state: State) -> tuple[tuple[float, ...], ...]:
+def in_work_coordinates(state: State) -> tuple[Box, ...]:
     """((z0, z1, x0, x1), ..) mm of the barriers in force."""
-    to_machine = shift(state)
-    return tuple(
-        tuple(state.interp.params[_name(number, column)] - to_machine[column // 2] for column in range(4))
-        for number in range(_count(state.interp))
-    )
+    params, (z, x) = state.interp.params, shift(state)
+    rows = ([params[_name(number, column)] for column in range(4)] for number in range(_count(state.interp)))
+    return tuple((z0 - z, z1 - z, x0 - x, x1 - x) for z0, z1, x0, x1 in rows)

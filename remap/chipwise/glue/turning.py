@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from chipwise.order import Order, Outcome
     from chipwise.program.interp import Steps
     from chipwise.turning.blocks import Turning
-    from chipwise.turning.stock_file import Record, Stage
+    from chipwise.turning.stock_file import Record
 
 WORDS, ONE_WORDS = "qpideh", "qpidel"
 _PER_REV = 2  # interp_internal.hh: FEED_MODE
@@ -167,10 +167,11 @@ def _ask(state: State, turn: TaskShare, plan: Turning) -> Steps:
     _note(plan.record, stock_file.CONFIRMED)
 
 
-def _note(record: Record, what: Stage | str) -> None:
+def _note(record: Record | None, what: int | str) -> None:
     """Append to the file of the stock.  Where that fails it says less than has been cut, which is safe."""
-    with contextlib.suppress(OSError):
-        stock_file.note(record, what)
+    if record is not None:
+        with contextlib.suppress(OSError):
+            stock_file.note(record, what)
 
 
 def _emit(state: State, *lines: str) -> None:
