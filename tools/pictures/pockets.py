@@ -3,9 +3,9 @@
 
     /usr/bin/python3 tools/pictures/pockets.py
 
-Blue: cutting; the darker, the later.  Green: feed through cleared area.  Red dashes: lifted, from one Track
-to the next; a red dot where a Track begins in solid stock.  Grey: pocket and islands; thin line: where the tool
-centre may go.
+Blue: cutting; the darker, the later, with the arcs onto and off the walls.  Green: feed through cleared area, links
+from one Track to the next among it.  Red dashes: lifted; a red dot where a Track begins in solid stock.  Grey: pocket
+and islands; thin line: where the tool centre may go.
 """
 
 import math
@@ -19,15 +19,19 @@ import numpy as np  # noqa: E402
 
 from chipwise.geometry.base import elements  # noqa: E402
 from chipwise.geometry.base.contour import ArcElement, LineElement, make_contour  # noqa: E402
+from chipwise.geometry.pocket import links  # noqa: E402
 from chipwise.geometry.pocket.concentric import concentric  # noqa: E402
 from chipwise.geometry.pocket.machinable import split  # noqa: E402
 from chipwise.geometry.pocket.oneway import one_way  # noqa: E402
 from chipwise.geometry.pocket.rings import contour_parallel  # noqa: E402
+from chipwise.geometry.pocket.wall_arcs import Walls  # noqa: E402
 from chipwise.geometry.pocket.zigzag import zigzag  # noqa: E402
 
 STRATEGIES = {"p0": contour_parallel, "p1": one_way, "p2": zigzag, "p3": concentric}
 RADIUS, STEP = 3.0, 3.6  # mm
 SCALE = 8.0  # px per mm
+CLEARANCE, FEED, OVERLAP = 0.2, 25.0, 0.3  # mm, mm/s, mm: of the links, over the seam
+GREEN, RED = 'stroke="#2a2" stroke-dasharray="0.9 0.5"', 'stroke="#d33" stroke-dasharray="0.6 0.6"'
 EARLY, LATE = (120, 180, 240), (10, 50, 130)
 
 
@@ -83,22 +87,21 @@ def _runs(track):
     return [(elements.take(track.elements, np.arange(a, b)), bool(track.cutting[a])) for a, b in zip(edges, edges[1:])]
 
 
-def tracks_svg(tracks, radius):
-    """Shapes of Tracks in their order."""
+def tracks_svg(tracks, routes, radius):
+    """Shapes of Tracks in their order, and of the links to them."""
     shapes, cut = [], []
-    for k, track in enumerate(tracks):
+    for k, (track, route) in enumerate(zip(tracks, routes)):
         share = k / max(1, len(tracks) - 1)
         color = "rgb({:.0f},{:.0f},{:.0f})".format(*(a + (b - a) * share for a, b in zip(EARLY, LATE)))
         for run, cutting in _runs(track):
-            style = f'stroke="{color}"' if cutting else 'stroke="#2a2" stroke-dasharray="0.9 0.5"'
+            style = f'stroke="{color}"' if cutting else GREEN
             shapes.append(f'<path d="{path_of(run)}" fill="none" {style} stroke-width="0.3"/>')
-        if k:
-            a, b = tracks[k - 1].end, track.start
-            shapes.append(
-                f'<line x1="{a[0]:.3f}" y1="{-a[1]:.3f}" x2="{b[0]:.3f}" y2="{-b[1]:.3f}" stroke="#d33" '
-                'stroke-width="0.15" stroke-dasharray="0.6 0.6"/>'
-            )
-        if not cut or _gap(cut, track.start) > 0.05 * radius:
+        if k and route is None:
+            route = [links.Piece(elements.make_lines(tracks[k - 1].end[None], track.start[None]), True)]
+        for piece in route or ():
+            style = f'{RED} stroke-width="0.15"' if piece.rapid else f'{GREEN} stroke-width="0.2"'
+            shapes.append(f'<path d="{path_of(piece.elements)}" fill="none" {style}/>')
+        if not cut or not track.cleared and _gap(cut, track.start) > 0.05 * radius:
             shapes.append(f'<circle cx="{track.start[0]:.3f}" cy="{-track.start[1]:.3f}" r="0.8" fill="#d33"/>')
         cut.append(track.elements)
     return shapes
@@ -135,8 +138,9 @@ def picture(strategy, boundary, islands, radius=RADIUS, step=STEP, direction=0.0
     shapes += [f'<path d="{path_of(i.elements)}Z" fill="#bbb" stroke="#555" stroke-width="0.3"/>' for i in islands]
     for field in split(boundary, islands, radius):
         shapes += [f'<path d="{path_of(c)}" fill="none" stroke="#999" stroke-width="0.1"/>' for c in field.contours]
-        tracks = strategy(field, radius, step, direction, climb)
-        shapes += tracks_svg(tracks, radius) + arrows_svg(tracks)
+        tracks = strategy(field, radius, step, direction, climb, Walls(field, radius, climb, OVERLAP))
+        routes = links.linked(field, tracks, radius, CLEARANCE, FEED)
+        shapes += tracks_svg(tracks, routes, radius) + arrows_svg(tracks)
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{(x1 - x0) * SCALE:.0f}" height="{(y1 - y0) * SCALE:.0f}" '
         f'viewBox="{x0:.3f} {-y1:.3f} {x1 - x0:.3f} {y1 - y0:.3f}">\n'

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """P0, contour-parallel: rings a step-over apart, each from the original contours, inside out.
 
-Called by strategies.py and concentric.py as a strategy (tracks.py says what that is).  Arcs stay arcs.
+Called by strategies.py and concentric.py as a strategy (tracks.py says what that is).  Arcs stay arcs.  Corners of all
+rings but the wall are rounded (rounded.py), and the links from ring to ring are tangent where they have room
+(wall_arcs.py).
 
 Why a step-over up to the tool radius leaves nothing: whoever walks from a point of the machinable region
 straight to its nearest wall meets each ring after exactly the difference of the two distances.
@@ -26,11 +28,12 @@ from chipwise.geometry.base import elements, search
 from chipwise.geometry.base.tolerances import NODE_MM
 from chipwise.geometry.base import chains
 from chipwise.geometry.pocket.machinable import clear_segment, clear_segments, machinable_regions, inside
+from chipwise.geometry.pocket.rounded import rounded
 from chipwise.geometry.pocket.tracks import MachinableRegion, along, make_track
 
 # Lengths ahead, in step-overs, at which the next ring is met: the longest that fits, else none. The longer,
 # the more slowly the cut widens.
-SLANTS = (4.0, 3.0, 2.0, 1.0, 0.5)
+SLANTS = (2.5, 2.0, 1.5, 1.0, 0.5)
 
 # A ring this much further than a step-over is not next to where the tool is.
 BESIDE = 1.02
@@ -105,8 +108,19 @@ class _Toolpath:
         if is_wall:
             self.go(self._onto(loop, position, step))
             return
-        self.line(chains.point(loop, *position))
+        found = self._smooth(loop, step)
+        if found is None:
+            self.line(chains.point(loop, *position))
+        else:
+            self.go(found[0])
+            position = found[1]
         self.go(chains.rotated(loop, *position))
+
+    def _smooth(self, loop, step):
+        """(chain, position): two arcs tangent to the path so far and to a ring; None."""
+        if self.walls is None or not self.parts:
+            return None
+        return self.walls.beside(self.here, self.heading(), loop, step)
 
     def _onto(self, loop, position, step):
         """The chain onto a finished wall, along it and off it; from here, but for a start in the solid."""
@@ -134,26 +148,27 @@ def contour_parallel(region, radius, step, direction, climb, walls=None):
 
 def _tree(region, radius, step, climb):
     """The rings of a machinable region as a tree."""
-    root = _node(region, climb)
+    root = _Node(region, tuple(along(loop, climb) for loop in region.contours), [])
     level, count = [root], 0
     while level:
         count += 1
         found = machinable_regions(region.pocket, region.distance + count * step)
         found = [f for f in found if f.area > 0.0 or len(f.boundary) > 1]
-        level = _placed(found, level, climb) if found else []
+        level = _placed(found, level, climb, radius) if found else []
     _prune(root, radius, step)
     return root
 
 
-def _node(region, climb):
-    return _Node(region, tuple(along(loop, climb) for loop in region.contours), [])
+def _node(region, climb, radius):
+    """A ring within another: its corners are rounded."""
+    return _Node(region, tuple(along(rounded(loop, radius), climb) for loop in region.contours), [])
 
 
-def _placed(found, parents, climb):
+def _placed(found, parents, climb, radius):
     """Nodes of machinable regions, each hung below the one of parents that holds it; others belong to
     another machinable region of the pocket."""
     point = np.array([f.boundary.start[0] for f in found])
-    nodes, owner = [_node(f, climb) for f in found], np.full(len(found), -1)
+    nodes, owner = [_node(f, climb, radius) for f in found], np.full(len(found), -1)
     for k, parent in enumerate(parents):
         owner[inside(parent.region, point) & (owner < 0)] = k
     for node, k in zip(nodes, owner.tolist()):

@@ -2,7 +2,8 @@
 """Arcs onto and off the finished walls of a machinable region, and how far the tool runs on over the seam.
 
 Called by cycles/pocket.py, which gives Walls to the strategies P0 to P3: rings.py and concentric.py, whose last ring
-comes from the ring beside it, and led() for walls that are Tracks of their own.  Lengths mm, angles rad.
+comes from the ring beside it, and led() for walls that are Tracks of their own.  rings.py takes the arcs from ring to
+ring from here, too.  Lengths mm, angles rad.
 
 A wall is come onto tangent to it, and left tangent to it: a tool that strikes it square, turns or dwells on it leaves a
 mark.  Every arc is asked for by exact distances whether it keeps within the region.  Where none does, the path is as it
@@ -65,21 +66,30 @@ class Walls:
             return None
         if heading is None:
             heading = chains.heading(loop, index, t)
-        total, station = float(elements.lengths(loop).sum()), chains.station_of(loop, index, t)
-        at = [
-            chains.snapped(loop, *chains.position_at(loop, station + a * step))
-            for a in SLANTS  # as from ring to ring
-            if a * step <= 0.3 * total
-        ]
-        for position in at:
-            chain = self._curve(here, heading, loop, position)
-            if chain is not None:
-                return chain, position
+        at = _ahead(loop, index, t, step)
+        found = self._first_curve(here, heading, loop, at)
+        if found is not None:
+            return found
         for share in ONTO:
             for position in at:
                 chain = self._line_and_arc(here, loop, position, share * self.radius)
                 if chain is not None:
                     return chain, position
+        return None
+
+    def beside(self, here, heading, loop, step):
+        """(chain, (index, t)) of two arcs from a place beside a ring to a place of the ring; None."""
+        gap, index, t = chains.nearest(loop, here)
+        if gap <= chains.SNAP_MM or not solid(loop):
+            return None
+        return self._first_curve(here, heading, loop, _ahead(loop, index, t, step))
+
+    def _first_curve(self, here, heading, loop, at):
+        """(chain, position) of the first of some positions that two arcs lead to; None."""
+        for position in at:
+            chain = self._curve(here, heading, loop, position)
+            if chain is not None:
+                return chain, position
         return None
 
     def _curve(self, here, heading, loop, position):
@@ -194,6 +204,14 @@ class Walls:
                     and self.ground.swept(at, -RIM_MM, FINE_MM)
                 ):
                     yield arc
+
+
+def _ahead(loop, index, t, step):
+    """Positions of a closed contour ahead of one, the furthest first, as from ring to ring."""
+    total, station = float(elements.lengths(loop).sum()), chains.station_of(loop, index, t)
+    return [
+        chains.snapped(loop, *chains.position_at(loop, station + a * step)) for a in SLANTS if a * step <= 0.3 * total
+    ]
 
 
 def solid(loop):

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""Corners of a ring rounded by arcs, so that the tool need not stop in them.
+
+Called by rings.py.  Lengths mm, angles rad.
+
+Only corners that turn left are rounded, with the cleared side on the left: the arc lies inside of the ring.  It leaves
+nothing.  A place inside of the ring is as near to it as the radius of a circle about the place that keeps inside of the
+ring.  If that circle is wider than the arc it touches the ring beside the part that the arc replaces; if not, the place
+is within the radius of the arc, or of the depth of the corner, from the arc.  Both are below the tool radius.
+"""
+
+import numpy as np
+
+from chipwise.geometry.base import elements
+from chipwise.geometry.base.arcs import intersect_circles, intersect_line_circle
+from chipwise.geometry.base.elements import Elements, make_arcs
+from chipwise.geometry.base.lines import cross, dot, intersect_lines
+
+# Radii that are tried, in tool radii, and how far the corner may be from its arc.
+RADII, DEEPEST = (0.5, 0.25), 0.5
+
+# A turn of less than this is not a corner. rad
+CORNER = 0.15
+
+# An arc may take this share of the element before and after it.
+SHARE = 0.49
+
+# A corner is not looked at if lines would need this much more room for the arc: curved elements may do with less.
+LIKELY = 3.0
+
+
+def rounded(loop: Elements, radius) -> Elements:
+    """A closed loop with arcs in its corners to the left, where they fit."""
+    after = (np.arange(len(loop)) + 1) % len(loop)
+    turn, length = _turns(loop, after), elements.lengths(loop)
+    left, share_mm = (turn > CORNER) & (turn < np.pi - CORNER), SHARE * np.minimum(length, length[after])
+    arcs = {}
+    for share in RADII:
+        likely = left & (share * radius * np.tan(0.5 * np.where(left, turn, 0.0)) < LIKELY * share_mm)
+        open_ = np.array([k for k in np.flatnonzero(likely) if k not in arcs], int)
+        if len(open_):
+            arcs.update(_arcs(loop, open_, after[open_], share * radius, DEEPEST * radius))
+    return _with(loop, arcs) if arcs else loop
+
+
+def _turns(loop, after):
+    """Turn to the left (n,) rad in the corner after each element."""
+    ends, starts = (
+        elements.tangent_at(loop, index, np.full(len(loop), t))
+        for index, t in ((np.arange(len(loop)), 1.0), (after, 0.0))
+    )
+    return np.arctan2(cross(ends, starts), dot(ends, starts))
+
+
+def _arcs(loop, before, after, size, deepest):
+    """{index of the element before a corner: (start, end, centre, size, t where the element ends, t where the next
+    begins)} of the corners that an arc of a radius fits in."""
+    corner = loop.end[before]
+    centre = _centres(loop, before, after, size, corner)
+    first, last = _foot(loop, before, centre), _foot(loop, after, centre)
+    known = np.isfinite(centre).all(axis=1)
+    safe = np.where(known[:, None], first, corner), np.where(known[:, None], last, corner)
+    t = elements.parameters(loop, before, safe[0]), elements.parameters(loop, after, safe[1])
+    fits = known & (t[0] > 1.0 - SHARE) & (t[0] < 1.0) & (t[1] > 0.0) & (t[1] < SHARE)
+    fits &= np.hypot(*(np.where(known[:, None], centre, corner) - corner).T) - size <= deepest
+    return {
+        int(before[k]): (first[k], last[k], centre[k], size, float(t[0][k]), float(t[1][k]))
+        for k in np.flatnonzero(fits)
+    }
+
+
+def _centres(loop, before, after, size, corner):
+    """(n, 2) places as far to the left of both elements of a corner as the arc's radius; nan where none is."""
+    found = np.full((len(corner), 2), np.nan)
+    arc = loop.is_arc[before], loop.is_arc[after]
+    both = np.flatnonzero(~arc[0] & ~arc[1])
+    if len(both):
+        (p, q), (u, v) = (_beside(loop, index[both], size) for index in (before, after))
+        t, _ = intersect_lines(p, q, u, v)
+        found[both] = p + t[:, None] * (q - p)
+    for line, other, unlike in ((before, after, ~arc[0] & arc[1]), (after, before, arc[0] & ~arc[1])):
+        which = np.flatnonzero(unlike)
+        if len(which):
+            p, q = _beside(loop, line[which], size)
+            found[which] = _nearer(
+                intersect_line_circle(p, q, loop.centre[other[which]], _inner(loop, other[which], size)), corner[which]
+            )
+    which = np.flatnonzero(arc[0] & arc[1])
+    if len(which):
+        a, b = before[which], after[which]
+        found[which] = _nearer(
+            intersect_circles(loop.centre[a], _inner(loop, a, size), loop.centre[b], _inner(loop, b, size)),
+            corner[which],
+        )
+    return found
+
+
+def _beside(loop, index, size):
+    """Ends (n, 2), (n, 2) of lines moved to the left."""
+    along = loop.end[index] - loop.start[index]
+    normal = np.stack((-along[:, 1], along[:, 0]), axis=1) / np.hypot(*along.T)[:, None]
+    return loop.start[index] + size * normal, loop.end[index] + size * normal
+
+
+def _inner(loop, index, size):
+    """Radii (n,) of arcs moved to the left; nan where nothing is left of one."""
+    wide = loop.radius[index] - np.copysign(size, loop.sweep[index])
+    return np.where(wide > size, wide, np.nan)
+
+
+def _nearer(found, corner):
+    """Of two places (2, n, 2) the one nearer to a corner."""
+    gap = np.hypot(*(found - corner).transpose(2, 0, 1))
+    return np.where((gap[0] <= gap[1])[:, None], *found)
+
+
+def _foot(loop, index, centre):
+    """The places (n, 2) of carriers nearest to centres."""
+    away = centre - loop.centre[index]
+    on_arc = loop.centre[index] + away * (loop.radius[index] / np.maximum(np.hypot(*away.T), 1e-12))[:, None]
+    along = loop.end[index] - loop.start[index]
+    t = dot(centre - loop.start[index], along) / np.maximum(dot(along, along), 1e-300)
+    return np.where(loop.is_arc[index][:, None], on_arc, loop.start[index] + t[:, None] * along)
+
+
+def _with(loop, arcs):
+    """The loop with its corners replaced."""
+    count = len(loop)
+    first, last = np.zeros(count), np.ones(count)
+    for k, (*_, ends, begins) in arcs.items():
+        last[k], first[(k + 1) % count] = ends, begins
+    start, end = loop.start.copy(), loop.end.copy()
+    for k, (a, b, *_) in arcs.items():
+        end[k], start[(k + 1) % count] = a, b
+    angle = np.where(loop.is_arc, loop.start_angle + first * loop.sweep, loop.start_angle)
+    shorter = Elements(start, end, loop.centre, loop.radius, angle, loop.sweep * (last - first))
+    parts, done = [], 0
+    for k in sorted(arcs):
+        a, b, centre, size, *_ = arcs[k]
+        turn = np.arctan2(cross(a - centre, b - centre), dot(a - centre, b - centre))
+        arc = make_arcs(a[None], b[None], centre[None], np.array([size]), np.array([turn]))
+        parts += [elements.take(shorter, np.arange(done, k + 1)), arc]
+        done = k + 1
+    return elements.join((*parts, elements.take(shorter, np.arange(done, count))))

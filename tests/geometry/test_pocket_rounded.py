@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: GPL-2.0-or-later
+"""The rounded corners of the rings of P0, and the links from ring to ring: tangent, inside, nothing left."""
+
+import math
+
+import numpy as np
+import pytest
+from support.engagement_shapes import SHAPES
+from support.random_cases import random_count, random_seed
+from support.pocket_judge import random_request
+
+from chipwise.geometry.base import elements
+from chipwise.geometry.base.contour import make_contour
+from chipwise.geometry.base.elements import make_lines
+from chipwise.geometry.pocket.machinable import inside, machinable_regions, split
+from chipwise.geometry.pocket.rings import contour_parallel
+from chipwise.geometry.pocket.rounded import CORNER, DEEPEST, RADII, rounded
+from chipwise.geometry.pocket.wall_arcs import Walls
+
+RADIUS, STEP = 3.0, 2.4
+SAME_MM, SAME_RAD = 1e-6, 1e-6
+PLACES_MM = 0.2  # between the places of a ring's inside that are asked
+
+
+def bends(chain, closed=True):
+    """Turn to the left (n,) rad from each element of a chain to the next."""
+    index = np.arange(len(chain))
+    out, onto = (elements.tangent_at(chain, index, np.full(len(chain), t)) for t in (1.0, 0.0))
+    onto = np.roll(onto, -1, axis=0)
+    turn = np.arctan2(out[:, 0] * onto[:, 1] - out[:, 1] * onto[:, 0], (out * onto).sum(axis=1))
+    return turn if closed else turn[:-1]
+
+
+def reach(chain, places):
+    """Distance (m,) mm of places from a chain."""
+    count = len(chain)
+    gap = elements.distances(chain, np.tile(np.arange(count), len(places)), np.repeat(places, count, axis=0))
+    return gap.reshape(-1, count).min(axis=1)
+
+
+def faults(loop, made, region):
+    """What is wrong with a ring's rounded contour; region: the ring's inside."""
+    wrong = []
+    if np.abs(np.roll(made.start, -1, axis=0) - made.end).max() > SAME_MM:
+        wrong.append("not connected")
+    known = np.append(np.sort(np.abs(bends(loop))), math.inf)
+    new = [turn for turn in np.abs(bends(made)) if turn > SAME_RAD and np.abs(known - turn).min() > SAME_RAD]
+    if new:
+        wrong.append(f"a bend of {max(new):.3g} rad is new")
+    low, high = loop.start.min(axis=0), loop.start.max(axis=0)
+    axes = [np.arange(a, b, PLACES_MM) for a, b in zip(low, high)]
+    places = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
+    places = places[inside(region, places)]
+    if len(places) and (reach(made, places) > np.maximum(reach(loop, places), DEEPEST * RADIUS) + SAME_MM).any():
+        wrong.append("a place is too far from the ring")
+    middle = elements.point_at(made, np.arange(len(made)), np.full(len(made), 0.5))
+    off = reach(loop, middle) > SAME_MM
+    if off.any() and not inside(region, middle[off]).all():
+        wrong.append("an arc leaves the ring")
+    return wrong
+
+
+def rings(loops):
+    """(contour, ring) of all rings a step-over apart, but for the wall."""
+    contours, found = [make_contour(parts) for parts in loops], []
+    for wall in split(contours[0], contours[1:], RADIUS):
+        for number in range(1, 4):
+            for ring in machinable_regions(wall.pocket, RADIUS + number * STEP):
+                if ring.area > 0.0:
+                    found += [(contour, ring) for contour in ring.contours]
+    return found
+
+
+def test_a_square_gets_four_arcs():
+    corner = np.array(((0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (0.0, 20.0)))
+    made = rounded(make_lines(corner, np.roll(corner, -1, axis=0)), RADIUS)
+    size = RADII[0] * RADIUS
+    assert made.is_arc.sum() == 4 and np.allclose(made.radius[made.is_arc], size)
+    assert np.abs(bends(made)).max() < SAME_RAD
+    assert elements.lengths(made).sum() == pytest.approx(80.0 - 4 * (2.0 - math.pi / 2) * size, abs=1e-9)
+
+
+def test_corners_to_the_right_and_flat_ones_stay():
+    corner = np.array(((0.0, 0.0), (0.0, 20.0), (20.0, 20.0), (20.0, 0.0)))
+    loop = make_lines(corner, np.roll(corner, -1, axis=0))
+    assert rounded(loop, RADIUS) is loop
+
+
+@pytest.mark.parametrize("name", sorted(SHAPES))
+def test_rings_of_the_shapes(name):
+    for contour, ring in rings(SHAPES[name]):
+        assert faults(contour, rounded(contour, RADIUS), ring) == []
+
+
+def test_rings_of_random_pockets():
+    count, arcs = random_count(20), 0
+    for seed in range(random_seed() + 52000, random_seed() + 52000 + count):
+        for contour, ring in rings(random_request(seed, 0).loops):
+            made = rounded(contour, RADIUS)
+            arcs += made.is_arc.sum() - contour.is_arc.sum()
+            assert faults(contour, made, ring) == [], seed
+    assert arcs > 0
+
+
+def test_the_judge_sees_an_arc_that_is_too_wide():
+    contour, ring = rings(SHAPES["rectangle"])[0]
+    assert faults(contour, rounded(contour, 4 * RADIUS), ring) == ["a place is too far from the ring"]
+    assert faults(contour, elements.take(contour, np.arange(1, len(contour))), ring) != []
+
+
+def test_links_from_ring_to_ring_are_tangent():
+    """In the circle all are but the first: a ring of 2.8 mm is too tight for arcs to the next."""
+    contours = [make_contour(parts) for parts in SHAPES["circle"]]
+    (region,) = split(contours[0], (), RADIUS)
+    walls = Walls(region, RADIUS, True, 0.3)
+    (track,) = contour_parallel(region, RADIUS, STEP, 0.0, True, walls)
+    (plain,) = contour_parallel(region, RADIUS, STEP, 0.0, True)
+    bent, straight = ((np.abs(bends(one.elements, False)) > CORNER).sum() for one in (track, plain))
+    assert bent <= 1 and straight > 10
