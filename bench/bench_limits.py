@@ -102,9 +102,9 @@ class Ran:
             kind: {
                 n: SHARE[kind] * float(np.median(loads[kind][some]))
                 for k, n in enumerate(sorted(self.program.tools))
-                if (some := cuts & (self.run.tool == k)).any()
+                if (some := cuts & (self.run.tool == k)).any() and np.median(loads[kind][some]) > least
             }
-            for kind in ("chip", "force")
+            for kind, least in (("chip", 0.0), ("force", bench_force.SMALLEST))
         }
         power, torque = (SHARE[kind] * float(np.median(loads[kind][cuts])) for kind in ("power", "torque"))
         return Limits(each["chip"], each["force"], power, torque)
