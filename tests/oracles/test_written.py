@@ -69,7 +69,6 @@ LEFT = {
     "setup/measure.py": "measure",
     "surface/raster.py": "_added",
     "surface/scallop.py": "_next across",
-    "turning/sides.py": "_finish _path",
 }
 
 

@@ -52,18 +52,18 @@ def groove(state: State, name: str) -> Step:
 
 def _is_too_wide(state: State, tool: LatheTool) -> bool:
     """Whether a groove is left for which the insert is a little too wide."""
-    work, _view, _framed, domain = state.work(_narrower(tool, TIGHT_MM), 0.0)
-    return passes.plunge(work, domain, tool.flat + 2 * tool.nose, GROOVE_MM, slots_only=True) is not None
+    work, frame = state.work(_narrower(tool, TIGHT_MM), 0.0)
+    return passes.plunge(work, frame.domain, tool.flat + 2 * tool.nose, GROOVE_MM, slots_only=True) is not None
 
 
 def _plunge(state: State, step: Step, tool: LatheTool, fit: float) -> None:
     """Add plunges to a step; fit: mm that the insert is treated as narrower, then for grooves as wide as it only."""
-    work, view, framed, domain = state.work(_narrower(tool, fit), 0.0)
-    path = passes.plunge(work, domain, 0.8 * (tool.flat + 2 * tool.nose), GROOVE_MM, slots_only=fit > 0.0)
+    work, frame = state.work(_narrower(tool, fit), 0.0)
+    path = passes.plunge(work, frame.domain, 0.8 * (tool.flat + 2 * tool.nose), GROOVE_MM, slots_only=fit > 0.0)
     if path is None:
         return
     done = len(step.moves)
-    state.cut(step, path, framed, view, domain)
+    state.cut(step, path, frame)
     step.moves[done:] = [
         replace(m, z=m.z - fit / 2, centre=(m.centre[0] - fit / 2, m.centre[1]) if m.centre else ())
         for m in step.moves[done:]
@@ -110,5 +110,5 @@ def _joined(pieces: Graph) -> list[Piece]:
 
 def _standing(state: State, tool: LatheTool) -> list[Piece]:
     """What a tool leaves of a solid block around the part and the barriers."""
-    found, view, framed, domain = state.lowest(tool, 0.0, standing=state.part[False])
-    return view(reach.eroded(found, framed, domain))
+    positions, frame = state.lowest(tool, 0.0, standing=state.part[False])
+    return frame.view(reach.eroded(positions, frame.tool, frame.domain))

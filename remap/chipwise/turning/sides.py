@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 from chipwise.errors import fill
 from chipwise.turning import passes, reach
-from chipwise.turning.profile_function import Graph, Interval, Piece, Region, View, above, clip, negative, upper
+from chipwise.turning.profile_function import Graph, Interval, Piece, Region, above, clip, negative, upper
 from chipwise.turning.grooves import left_to_groove
 from chipwise.turning.path import NoRoom, Path, Work
-from chipwise.turning.state import CLEARANCE_MM, State, Step, roof, tools_of_role, without_tool
+from chipwise.turning.state import CLEARANCE_MM, Frame, State, Step, roof, tools_of_role, without_tool
 from chipwise.turning.tool import LatheTool
 
 ROUGH_MM = 0.05  # a roughing step leaves what is thinner
@@ -37,18 +37,22 @@ def _out_of_reach(state: State, tool: LatheTool, contact: Graph) -> list[Piece]:
     return clip(state.stock[True], -math.inf, beyond[-1][1]) if beyond else []
 
 
-_Frame = tuple[LatheTool, View, Interval]
+class _Asked(NamedTuple):
+    """What a step asks of each of its tools: its name, whether it finishes along the profile, allowance and least
+    thickness of what it cuts (mm)."""
+
+    name: str
+    finishing: bool
+    allowance: float
+    least: float
 
 
 class _Found(NamedTuple):
-    """What a tool can do: path (None: nothing), mm2 within its reach, tool, view and domain as in State.work(), text of
-    what it leaves ("")."""
+    """What a tool can do: path (None: nothing), mm2 within its reach, its frame, text of what it leaves ("")."""
 
     path: Path | None
     area: float
-    tool: LatheTool
-    view: View
-    domain: Interval
+    frame: Frame
     left: str = ""
 
 
@@ -66,12 +70,13 @@ def turn(state: State, name: str, role: str, inside: bool, finishing: bool, rest
     allowance, least = (
         (0.0, FINISH_MM) if finishing else (0.0 if role == "undercut" else state.order.allowance, ROUGH_MM)
     )
+    asked = _Asked(name, finishing, allowance, least)
     said = []
     for tool in tools:
         if (name, tool.number) in state.made:  # it has had its turn
             continue
         try:
-            step, left = _turned(state, name, tool, finishing, allowance, least)
+            step, left = _turned(state, tool, asked)
         except NoRoom as error:
             state.failed.append((name, tool, error))
             step, left = None, f"T{tool.number}: {fill(error.problem, error.values, 'mm')}"
@@ -87,15 +92,13 @@ def turn(state: State, name: str, role: str, inside: bool, finishing: bool, rest
     )
 
 
-def _turned(
-    state: State, name: str, tool: LatheTool, finishing: bool, allowance: float, least: float
-) -> tuple[Step | None, str]:
+def _turned(state: State, tool: LatheTool, asked: _Asked) -> tuple[Step | None, str]:
     """(Step of a tool, None if it has nothing to do; text of what it leaves).  A finish is made again where the holder
     could not go before the stock beside it was cut: the allowance of a face keeps it from the axis."""
     step, found, inside = None, None, tool.inside
-    for _ in range(FINISHES if finishing else 1):
+    for _ in range(FINISHES if asked.finishing else 1):
         try:
-            found = _path(state, name, tool, finishing, allowance, least, step is not None)
+            found = _path(state, tool, asked, step is not None)
         except NoRoom:
             if step is None:
                 raise
@@ -103,45 +106,43 @@ def _turned(
         if found.path is None:
             break
         step = step or Step(
-            name,
+            asked.name,
             True,
             f"{found.area:.2f} mm2 within its reach",
             tool,
             f"{'inside' if inside else 'outside'}, {_direction(found.path, tool)}"
-            + (", along the profile" if finishing else ""),
+            + (", along the profile" if asked.finishing else ""),
         )
-        state.cut(step, found.path, found.tool, found.view, found.domain)
+        state.cut(step, found.path, found.frame)
     left = found.left if found else ""
     if step and left:
         step.why += f"; {left}"
     return step, left
 
 
-def _path(
-    state: State, name: str, tool: LatheTool, finishing: bool, allowance: float, least: float, again: bool
-) -> _Found:
+def _path(state: State, tool: LatheTool, asked: _Asked, again: bool) -> _Found:
     """_Found of a tool."""
     keep = (
         _out_of_reach(state, tool, reach.dilated(state.stock[True], tool, 0.0, state.domain))
         if tool.inside
-        else left_to_groove(state, name, tool)
+        else left_to_groove(state, asked.name, tool)
     )
-    work, view, framed, domain = state.work(tool, allowance, not finishing, keep)
-    regions = _regions(work, domain, least)
+    work, frame = state.work(tool, asked.allowance, not asked.finishing, keep)
+    regions = _regions(work, frame.domain, asked.least)
     if not regions:
-        return _Found(None, 0.0, framed, view, domain)
+        return _Found(None, 0.0, frame)
     if tool.inside:
-        work = replace(work, roof=roof(state, framed, min(r[0] for r in regions)))
-    if finishing:
-        return _finish(state, tool, work, keep, (framed, view, domain), least, again)
-    if _finished_later(state, name, tool.inside):
-        work = replace(work, tooth=min(TOOTH * allowance, TOOTH_MM, TOOTH_SHARE * work.beside))
-    path = passes.rough(work, domain, min(state.order.depth, tool.depth, max(tool.holder_up, 0.0)), least)
-    return _found(path, regions, (framed, view, domain))
+        work = replace(work, roof=roof(state, frame.tool, min(r[0] for r in regions)))
+    if asked.finishing:
+        return _finish(state, work, keep, frame, asked.least, again)
+    if _finished_later(state, asked.name, tool.inside):
+        work = replace(work, tooth=min(TOOTH * asked.allowance, TOOTH_MM, TOOTH_SHARE * work.beside))
+    depth = min(state.order.depth, tool.depth, max(tool.holder_up, 0.0))
+    return _found(passes.rough(work, frame.domain, depth, asked.least), regions, frame)
 
 
-def _found(path: Path | None, regions: list[Region], frame: _Frame, left: str = "") -> _Found:
-    return _Found(path if path and path.cut else None, sum(r[2] for r in regions), *frame, left)
+def _found(path: Path | None, regions: list[Region], frame: Frame, left: str = "") -> _Found:
+    return _Found(path if path and path.cut else None, sum(r[2] for r in regions), frame, left)
 
 
 def _regions(work: Work, domain: Interval, least: float) -> list[Region]:
@@ -149,13 +150,14 @@ def _regions(work: Work, domain: Interval, least: float) -> list[Region]:
     return passes.worth(above(clip(work.contact, *domain), work.reach, passes.ROUNDING_MM), least)
 
 
-def _finish(state: State, tool: LatheTool, work: Work, keep: Graph, frame: _Frame, least: float, again: bool) -> _Found:
+def _finish(state: State, work: Work, keep: Graph, frame: Frame, least: float, again: bool) -> _Found:
     """_Found of a finishing tool.  Stock that is too thick for it is left to other steps: there no position is below
     contact.
 
     again: the tool has been there, and comes back only where nothing is too thick: else it would nibble at that, a
     finishing cut at a time.  In a bore the passage around what is too thick may be barred by the far side: then all
     behind it stays."""
+    tool = frame.own
     most, thick = _thickness(state, tool, work.contact, keep)
     if not thick:
         return _finished(work, frame, least)
@@ -173,9 +175,9 @@ def _finish(state: State, tool: LatheTool, work: Work, keep: Graph, frame: _Fram
     return _finished(replace(state.work(tool, 0.0, False, keep)[0], roof=work.roof), frame, least, left)
 
 
-def _finished(work: Work, frame: _Frame, least: float, left: str = "") -> _Found:
-    regions = _regions(work, frame[2], least)
-    return _found(passes.finish(work, frame[2], least) if regions else None, regions, frame, left)
+def _finished(work: Work, frame: Frame, least: float, left: str = "") -> _Found:
+    regions = _regions(work, frame.domain, least)
+    return _found(passes.finish(work, frame.domain, least) if regions else None, regions, frame, left)
 
 
 def _direction(path: Path, tool: LatheTool) -> str:

@@ -4,6 +4,7 @@
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from chipwise.turning import passes, reach
 from chipwise.turning.profile_function import (
@@ -115,6 +116,18 @@ class Step:
         return self.tool
 
 
+class Frame(NamedTuple):
+    """How a tool sees its side: Z is mirrored for one that cuts towards +Z.
+
+    own, tool   the tool itself, and as it is there; view: what makes a graph of it; domain: (z0, z1) mm
+    """
+
+    own: LatheTool
+    tool: LatheTool
+    view: View
+    domain: Interval
+
+
 class State:
     """Stock outside and in the bore (mirrored) as the steps go on.  given: as it was before an insert has cut
     it.  standing: with what the relief of the edges leaves on slopes; no step cuts that, and rapids have to keep clear
@@ -164,12 +177,13 @@ class State:
 
     def work(
         self, tool: LatheTool, allowance: float, levels: bool = False, keep: Graph = (), standing: Graph | None = None
-    ) -> tuple[Work, View, LatheTool, Interval]:
-        """(Work, view, tool, domain) of a tool on its side; view: mirror of Z for a tool that cuts towards +Z.
+    ) -> tuple[Work, Frame]:
+        """(Work, Frame) of a tool on its side.
 
         levels: the tool works in levels, else through all at once; keep: stock
         that the step does not touch; standing: all that the holder has to be clear of, None for the whole stock."""
-        lowest, view, tool, domain = self.lowest(tool, allowance, levels, keep, standing)
+        lowest, frame = self.lowest(tool, allowance, levels, keep, standing)
+        _own, tool, view, domain = frame
         side = tool.inside
         stock, barrier = view(self.stock[side]), view(self.barrier[side])
         contact = reach.dilated(stock, tool, 0.0, domain)
@@ -196,16 +210,14 @@ class State:
                 touch=tuple(touch),
                 tool=tool if levels else None,
             ),
-            view,
-            tool,
-            domain,
+            frame,
         )
 
     def lowest(
         self, tool: LatheTool, allowance: float, levels: bool = False, keep: Graph = (), standing: Graph | None = None
-    ) -> tuple[list[Piece], View, LatheTool, Interval]:
-        """(lowest positions allowed, view, tool, domain) of a tool on its side, arguments as work()'s."""
-        side = tool.inside
+    ) -> tuple[list[Piece], Frame]:
+        """(lowest positions allowed, Frame) of a tool on its side, arguments as work()'s."""
+        side, own = tool.inside, tool
         view: View = list
         if tool.towards > 0:
             view = mirrored
@@ -225,7 +237,7 @@ class State:
         )
         if found is None:
             raise NoRoom("the holder finds no place beside the work", "correct the holder in the tool geometry file")
-        return found, view, tool, domain
+        return found, Frame(own, tool, view, domain)
 
     def _floor(self, inside: bool) -> float:
         """The lowest position of a nose: at the axis or the hole in front of the face; inside, below all of the
@@ -239,8 +251,9 @@ class State:
             else 0.0
         )
 
-    def cut(self, step: Step, path: Path, tool: LatheTool, view: View, domain: Interval) -> None:
+    def cut(self, step: Step, path: Path, frame: Frame) -> None:
         """Take a path's cuts from the stock, and add its moves to the step."""
+        _own, tool, view, domain = frame
         side, done = tool.inside, len(step.moves)
         before = self.stock[side]
         left, real, bare = view(before), view(clip(self.standing[side], *_ends(before))), tool.bare()

@@ -51,22 +51,23 @@ def face(state: State, name: str) -> Step:
 def _faced(state: State, name: str, tool: LatheTool, end: float, target: float) -> Step:
     """Step that faces with a tool from Z end to Z target.  Raises NoRoom."""
     keep = clip(state.stock[False], state.domain[0], target)
-    work, view, tool, domain = state.work(tool, 0.0, keep=keep, standing=keep)
+    work, frame = state.work(tool, 0.0, keep=keep, standing=keep)
+    right = frame.domain[1]
     count = math.ceil((end - target) / min(state.order.depth, tool.depth) - 1e-9)
     levels = [end + (target - end) * k / count + tool.nose for k in range(1, count + 1)]
     hole = -highest(state.stock[True], target, end)
     x_to = max(hole - CLEARANCE_MM, 0.0)
-    limit = highest(work.reach, levels[-1] + passes.ROUNDING_MM, domain[1])
+    limit = highest(work.reach, levels[-1] + passes.ROUNDING_MM, right)
     if limit > x_to + passes.ROUNDING_MM:
-        what = obstacle(state, tool, upper(keep, state.part[False]), levels[-1] + passes.ROUNDING_MM, domain[1])[1]
+        what = obstacle(state, tool, upper(keep, state.part[False]), levels[-1] + passes.ROUNDING_MM, right)[1]
         raise NoRoom(
             f"T{tool.number} faces down to X{{x}} only, for {what} is in the way",
             FACE_REMEDIES[what],
             x=Across(limit - tool.nose),
         )
     step = Step(name, True, f"{end - target:.3f} mm of stock before the face", tool, "transverse, towards the axis")
-    path = passes.face(work, levels, highest(work.contact, levels[-1] - 1e-9, domain[1]), x_to)
-    state.cut(step, path, tool, view, domain)
+    path = passes.face(work, levels, highest(work.contact, levels[-1] - 1e-9, right), x_to)
+    state.cut(step, path, frame)
     state.stock[True] = clip(state.stock[True], state.domain[0], target)
     state.faced = target
     return step

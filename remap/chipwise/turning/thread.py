@@ -111,7 +111,9 @@ class _Part:
         _check_insert(wanted, tool)
         self.tool = replace(tool, towards=-1 if self.forward else 1)
         self.braking = self._braking()
-        self.work, self.view, self.framed, self.domain = state.work(self.tool, 0.0)
+        self.work, frame = state.work(self.tool, 0.0)
+        self.framed, self.view = frame.tool, frame.view
+        self.domain = frame.domain
         self.z0, self.z1 = (wanted.z0, wanted.z1) if self.forward else (-wanted.z1, -wanted.z0)
         crest = -wanted.x if wanted.inside else wanted.x
         self.crest, self.root = crest + tool.nose, crest - wanted.depth + tool.nose  # positions
