@@ -32,7 +32,9 @@ class Pace:
 
     def __init__(self, read, is_realtime):
         self.read, self.is_realtime = read, is_realtime
-        self.periods, self.shares, self.took = deque(maxlen=PERIODS), deque(maxlen=LOOKS), None
+        self.periods: deque[float] = deque(maxlen=PERIODS)
+        self.shares: deque[float] = deque(maxlen=LOOKS)
+        self.took: float | None = None  # of the last look
 
     def look(self):
         """-> share of the period that is worth saying, 0 if none is."""

@@ -61,7 +61,8 @@ class LoadedProgram:
     def __init__(self, inform, feed_is_remapped, limits=None):
         """inform: function of a text for the operator; feed_is_remapped: whether the INI file has REMAP = F; limits:
         Limits, which gets the text."""
-        self.inform, self.feed_is_remapped, self.limits, self.seen = inform, feed_is_remapped, limits, ""
+        self.inform, self.feed_is_remapped, self.limits = inform, feed_is_remapped, limits
+        self.seen: object = ""  # (path, time of change) of the last look, None without a program, "" before the first
 
     def follow(self, path, speed=0.0):
         """path: the program that LinuxCNC has open, "" for none; speed: of the spindle, 1/min."""
