@@ -66,28 +66,28 @@ def make(order: orders.Order) -> Outcome:
         raise CycleError(
             f"there is no step L{asked.number}: the plan has {len(plan.steps)}", "use G26 H1 to see the plan"
         )
-    said = (
+    sentences = (
         *_texts(order, (*choice.notes, *tool_notes(part, request, machine))),
-        *(f"{LEAD}{order.code}: {line}" for line in _said(plan, request, machine, asked)),
+        *(f"{LEAD}{order.code}: {line}" for line in _sentences(plan, request, machine, asked)),
     )
     try:
         _check_travel(plan, asked, machine)
     except CycleError as error:
         if not asked.only_say:
             raise
-        said += _texts(order, (error,))
+        sentences += _texts(order, (error,))
     if asked.only_say:
-        return Outcome((), said)
+        return Outcome((), sentences)
     chosen = _chosen(plan, asked)
     marks: dict[int, Marks] = {}
     record = None
     if asked.keep and chosen:
         marks, record, notes = _keep(asked.stock, key, choice)
-        said += _texts(order, notes)
+        sentences += _texts(order, notes)
     question = "".join(_texts(order, (resume.question(choice.stage, choice.changed),))) if choice.stage else ""
     return Outcome(
         (),
-        said,
+        sentences,
         turning=Turning(
             tuple(_run(b, marks.get(b.number, [])) for b in chosen),
             (plan.safe[0] / request.scale, plan.safe[1] / request.scale),
@@ -154,7 +154,7 @@ def _keep(path: str, key: Key, choice: Choice) -> tuple[dict[int, Marks], Record
         )
 
 
-def _said(plan: Plan, request: Request, machine: Machine, asked: TurnRequest) -> list[str]:
+def _sentences(plan: Plan, request: Request, machine: Machine, asked: TurnRequest) -> list[str]:
     """Lines for the operator: the whole plan for H1, else what is going to be done."""
     if asked.only_say:
         return [" ".join(line.split()) for line in text.report(plan, request, _times(plan, request, machine, asked))]
