@@ -66,7 +66,7 @@ def thread(state: State, name: str, inside: bool) -> Step:
         return Step(name, False, f"no tool for it: none of role THREAD works {'inside' if inside else 'outside'}")
     speed = min(t.speed for t in missing)
     parts = sorted((_Part(state, replace(t, speed=speed), tools[0]) for t in missing), key=lambda part: -part.thread.z1)
-    said = " and ".join(
+    threads = " and ".join(
         f"{2 * p.thread.x:.3f} x {p.thread.pitch:g} mm{' left-handed' if p.thread.left else ''}{_starts(p.thread)} in "
         f"{p.count} + {SPRING_PASSES} passes"
         for p in parts
@@ -74,7 +74,7 @@ def thread(state: State, name: str, inside: bool) -> Step:
     step = Step(
         name,
         True,
-        f"thread of {said} at {speed:.0f} rpm",
+        f"thread of {threads} at {speed:.0f} rpm",
         tools[0],
         f"{'inside' if inside else 'outside'}, in step with the spindle",
         min(p.thread.z0 for p in parts),
