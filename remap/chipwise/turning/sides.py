@@ -71,7 +71,7 @@ def turn(state: State, name: str, role: str, inside: bool, finishing: bool, rest
         (0.0, FINISH_MM) if finishing else (0.0 if role == "undercut" else state.order.allowance, ROUGH_MM)
     )
     asked = _Asked(name, finishing, allowance, least)
-    said = []
+    reasons = []
     for tool in tools:
         if (name, tool.number) in state.made:  # it has had its turn
             continue
@@ -83,11 +83,11 @@ def turn(state: State, name: str, role: str, inside: bool, finishing: bool, rest
         if step:
             state.made.add((name, tool.number))
             return step
-        said += [left] * bool(left)
+        reasons += [left] * bool(left)
     return Step(
         name,
         False,
-        " and ".join(said)
+        " and ".join(reasons)
         or f"nothing thicker than {least:g} mm is left within reach of " + " or ".join(f"T{t.number}" for t in tools),
     )
 
