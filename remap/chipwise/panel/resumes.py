@@ -23,25 +23,25 @@ class Resumes:
         self.ini, self.ask, self.planning, self.acting = ini, ask, planning, acting
         self._count = 0
         # whether the token was there: (number, options, answer, s on the clock)
-        self._found: dict[bool, tuple[int, Json, Json, float]] = {}
+        self._planned: dict[bool, tuple[int, Json, Json, float]] = {}
 
     def plan(self, line: int | None, seconds: float, broke: bool, by_token: bool) -> Json:
         """What would go on with the loaded program, with the number of the plan; or {"error"}.  Raises CycleError."""
         options = {"line": line, "seconds": seconds, "broke": broke}
         with self.planning():
-            self._found.pop(by_token, None)
+            self._planned.pop(by_token, None)
             found = self.ask({"do": "resume", "ini": self.ini, **options})
             if "error" in found:
                 return found
             self._count += 1
-            self._found[by_token] = self._count, options, found, time.monotonic()
+            self._planned[by_token] = self._count, options, found, time.monotonic()
             return {"resume": self._count, **{name: value for name, value in found.items() if name not in HIDDEN}}
 
     def go_on(self, number: int) -> Json:
         """Write and open the program of a plan: {"file"}, or {"error"}.  Raises CycleError."""
         with self.acting():
-            kind = next((kind for kind, one in list(self._found.items()) if one[0] == number), None)
-            one = None if kind is None else self._found.pop(kind, None)
+            kind = next((kind for kind, one in list(self._planned.items()) if one[0] == number), None)
+            one = None if kind is None else self._planned.pop(kind, None)
             if one is None:
                 raise CycleError("nothing is written: it is not the plan that was made last", "plan it again")
             _number, options, found, then = one
