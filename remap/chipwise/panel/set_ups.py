@@ -25,18 +25,18 @@ class SetUps:
         self.ini, self.ask, self.measuring, self.acting = ini, ask, measuring, acting
         self._count = 0
         # whether the token was there: (number, answer, s on the clock)
-        self._found: dict[bool, tuple[int, Json, float]] = {}
+        self._measured: dict[bool, tuple[int, Json, float]] = {}
 
     def measure(self, stock: Sequence[float] | None, material: str, by_token: bool) -> Json:
         """What a program cuts in a stock (six numbers, mm, or None), with the number of the measurement; or {"error"}.
         Raises CycleError."""
         with self.measuring():
-            self._found.pop(by_token, None)
+            self._measured.pop(by_token, None)
             found = self.ask({"do": "measure", "ini": self.ini, "stock": stock, "material": material})
             if "error" in found:
                 return found
             self._count += 1
-            self._found[by_token] = self._count, found, time.monotonic()
+            self._measured[by_token] = self._count, found, time.monotonic()
             return {"measured": self._count, **{name: value for name, value in found.items() if name not in HIDDEN}}
 
     def corner(self, number: object, in_machine: bool = False) -> Json:
@@ -44,14 +44,14 @@ class SetUps:
         {"error"}."""
         if in_machine:
             return self.ask({"do": "corner", "frame": [0.0, [0.0] * 3, [0.0] * 3]})
-        frame = next((found["frame"] for count, found, _then in list(self._found.values()) if count == number), None)
+        frame = next((found["frame"] for count, found, _then in list(self._measured.values()) if count == number), None)
         return self.ask({"do": "corner", "frame": frame})
 
     def confirm(self, number: int) -> Json:
         """Write the job file of a measurement: {"file"}, or {"error"}.  Raises CycleError."""
         with self.acting():
-            kind = next((kind for kind, one in list(self._found.items()) if one[0] == number), None)
-            one = None if kind is None else self._found.pop(kind, None)
+            kind = next((kind for kind, one in list(self._measured.items()) if one[0] == number), None)
+            one = None if kind is None else self._measured.pop(kind, None)
             if one is None:
                 raise CycleError(
                     "the set-up is not confirmed: it is not the one that was measured last", "measure it again"
