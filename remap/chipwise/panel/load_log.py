@@ -35,8 +35,8 @@ class LoadLog:
         self._begin_parts({})
         self._errors: dict[str, str] = {}  # by what was tried
         self._rows: list[Row] = []  # of operations that are not in the file yet
-        self._ended: list[Row] | None = None  # rows of the tools of a program that has ended and is not in the file yet
-        self._kept: Operation | None = None  # the Operation that NAME.running has
+        self._ended_rows: list[Row] | None = None  # of the tools of a program that has ended and is not in the file yet
+        self._running_operation: Operation | None = None  # the Operation that NAME.running has
         self._running, self._running_due = False, 0.0
         if path:
             self._try(self._recover)
@@ -66,7 +66,7 @@ class LoadLog:
         """The program has ended; complete: false if the server ends before it."""
         self._has_ended(self.operations.end(), complete)
         self._running = False
-        self._ended = self._tool_rows(complete)
+        self._ended_rows = self._tool_rows(complete)
 
     def _has_ended(self, operation: Operation | None, complete: bool) -> None:
         if operation is not None and self.path:
@@ -107,14 +107,14 @@ class LoadLog:
         if self._rows:
             self._try(self._append_operations)
             self._rows = []
-        if self._ended is not None:
+        if self._ended_rows is not None:
             self._try(self._append_tools)
-            self._ended = None
+            self._ended_rows = None
         elif self._running:
             due = time.monotonic() >= self._running_due
-            if due or self._kept not in (None, self.operations.now):  # that one is in its file by now
+            if due or self._running_operation not in (None, self.operations.now):  # that one is in its file by now
                 self._running_due = time.monotonic() + RUNNING_S if due else self._running_due
-                self._kept = self.operations.now if due else None
+                self._running_operation = self.operations.now if due else None
                 self._try(self._keep_running)
 
     def _try(self, work: Callable[[], None]) -> None:
@@ -132,15 +132,19 @@ class LoadLog:
 
     def _append_tools(self) -> None:
         self._running_due = 0.0
-        log_file.append(self.path, tool_log.COLUMNS, self._ended or [])
+        log_file.append(self.path, tool_log.COLUMNS, self._ended_rows or [])
         log_file.forget_running(self.path)
-        self._kept = None
+        self._running_operation = None
 
     def _keep_running(self) -> None:
         """Tools of the program and the operation under way, as incomplete."""
         if self.tools.uses:
             log_file.keep_running(
-                self.path, [self._tool_rows(False), [self._operation_row(self._kept, False)] if self._kept else []]
+                self.path,
+                [
+                    self._tool_rows(False),
+                    [self._operation_row(self._running_operation, False)] if self._running_operation else [],
+                ],
             )
 
     def _recover(self) -> None:
