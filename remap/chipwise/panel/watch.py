@@ -140,7 +140,7 @@ class Watch:
         self._generation: int | None = None  # of the map, at the last look
         self._shown: int | None = None  # of what tiles have
         self._tip: Tip | None = None  # at the look before
-        self._kept: int | None = None  # how many points stock_tracker had kept then
+        self._points_read: int | None = None  # how many points stock_tracker had kept then
         self._map_due = self._alive_due = self._removed = self._run_time = 0.0
 
     def look(self) -> bool:
@@ -223,7 +223,7 @@ class Watch:
         done = self.stock.path_done() if self.stock else None
         if done is None:
             return None
-        points, self._kept = done.since(done.count if self._kept is None else self._kept)
+        points, self._points_read = done.since(done.count if self._points_read is None else self._points_read)
         return points
 
     def follow_path(self, tip: Tip, kept: Points | None, running: bool) -> None:
