@@ -34,7 +34,7 @@ QUICK = (
     "filter",
     "panel",
 )  # folders of commands and pages: one that only prints its help, or waits, loads nothing else
-MOST_ROWS, MOST_LATE = 359, 30
+MOST_ROWS, MOST_LATE = 321, 30
 # Functions with more than PARAMETERS that are left, by file of remap/chipwise; whoever mends one takes it out, and none
 # is added.
 LEFT = {
