@@ -47,9 +47,7 @@ def least(program, geometry):
         points, owner = sections.pieces(np.concatenate((program.start(first)[None], program.end[first:end])), 1.0)
         met = stock.cut(section.tool.shape, points[0], points[1:])
         length = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
-        deep = (program.kind[first:end][owner] != 0) & (
-            met["depth"] > sections.finite_room(section.tool.flute_length) + 0.005
-        )
+        deep = (program.kind[first:end][owner] != 0) & (met["depth"] > section.tool.flutes + 0.005)
         if deep.any():
             flute = section.tool.flute_length
             more = met["depth"][deep] - 0.005 - flute

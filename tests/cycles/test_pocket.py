@@ -154,14 +154,18 @@ def test_a_pocket_that_just_fits_the_tool():
 
 
 def test_rings_of_a_rectangle():
-    """Closed form: rings k D inside 54 x 34, each 2 (w + h) - 8 k D long; one Track, all of it beside the last."""
+    """Closed form: rings k D inside 54 x 34, each 2 (w + h) - 8 k D long, less the corners of those between the wall
+    and the last, which are arcs of half the tool radius; one Track, all of it beside the last."""
     (field,) = machinable.split(make_contour(BOX), [], 3.0)
     (track,) = STRATEGIES[0](field, 3.0, 2.4, 0.0, True)
     rings = [2 * (54 + 34) - 8 * 2.4 * k for k in range(8) if 34 - 4.8 * k > 0]
-    links = track.length - sum(rings)
+    corners = 4 * (len(rings) - 2) * (2 - math.pi / 2) * 1.5
+    links = track.length - (sum(rings) - corners)
     slant = math.hypot(1.0, 4.0) * 2.4
     assert 0 < links <= len(rings) * slant + 2.4
-    assert not np.any(track.elements.is_arc)
+    arcs = track.elements.is_arc
+    assert set(track.elements.radius[arcs]) == {1.5}
+    assert np.abs(track.elements.sweep[arcs]).sum() == pytest.approx((len(rings) - 2) * 2 * math.pi)
 
 
 def test_rings_keep_arcs():

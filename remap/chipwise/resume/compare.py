@@ -53,7 +53,7 @@ def compare(job, found, state, data, head, stock):
         path = put(folder, os.path.basename(job.file), data)
         try:
             new = read(path, job.machine, **job.limits)
-            marked = Followed(new, job.machine, None, None, Checks(head, len(new.source)), **job.limits)
+            marked = Followed(new, job.machine, None, None, Checks(head, len(new.source)), job.limits)
         except Unreadable as error:
             raise Different(f"the new program cannot be read ({error})") from error
     first = _same_moves(found, new)

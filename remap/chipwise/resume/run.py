@@ -142,7 +142,7 @@ class Job:
     @functools.cached_property
     def followed(self):
         """The Followed of the program."""
-        found = Followed(self.program, self.machine, None, **self.limits)
+        found = Followed(self.program, self.machine, None, limits=self.limits)
         found.program = with_paths(found.program)
         return found
 

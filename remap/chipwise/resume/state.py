@@ -69,7 +69,7 @@ def before(followed, line, move, machine, limits):
     at = line_before(program, line)
     if not at:
         raise Unreadable("nothing is set before the line", "start the program from its beginning", line)
-    own = Followed(program, machine, None, followed, Checks(at, len(program.source)), **limits)
+    own = Followed(program, machine, None, followed, Checks(at, len(program.source)), limits)
     found = np.flatnonzero((own.program.marks[:, WHAT] == STATES) & (own.program.marks[:, LINE_NUMBER] == at))
     if len(found) != 1:
         raise Unreadable("the line before is not run once", "write the program without the jump", at)
