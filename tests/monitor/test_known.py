@@ -65,7 +65,7 @@ def make_scene(tmp_path, monkeypatch):
 
     def look(times=1):
         for _ in range(times):
-            shadow.follow(LINUXCNC, status)
+            shadow.follow(LINUXCNC, status, status.file)
 
     return shadow, pins, look, said
 

@@ -75,15 +75,15 @@ class Shadow:
         self.written = None  # (work offset, low, high) of the stock that is assumed
         self.owner = None  # (program, identity) that it was assumed for last
         self.asks_tool = None  # (tool, identity of the tool table) for which a tool was unknown
-        self.pressed, self.main = bool(component["new-part"]), loaded.MainProgram()
+        self.pressed = bool(component["new-part"])
         self.tools, self.spindle, self.tries = {}, None, 0
 
-    def follow(self, linuxcnc, status):
-        """At each look; nothing of it waits for the process."""
+    def follow(self, linuxcnc, status, program):
+        """At each look; nothing of it waits for the process.  program: the path of the one that is open."""
         if not self.is_on:
             return
         self.saying.speak(linuxcnc)
-        self.time.look(self.main.of(status, status.interp_state == linuxcnc.INTERP_IDLE))
+        self.time.look(program)
         pressed, self.pressed = self.pins["new-part"] and not self.pressed, bool(self.pins["new-part"])
         if not is_idle(linuxcnc, status):
             if self.reading.child is not None or self.wanted is not None:

@@ -338,7 +338,7 @@ class Monitor(SpindleTool):
         if self.set_up.follow(self.linuxcnc, self.status, self.command):
             self.shadow.leave()
         else:
-            self.shadow.follow(self.linuxcnc, self.status)
+            self.shadow.follow(self.linuxcnc, self.status, self.main_program())
         self.limits.set_up(self.set_up.material(), self.set_up.has_read(self.main_program()))
         self.comment_clamps.follow(self.linuxcnc, self.status)
         known.show(self.component, self.main_program(), self.shadow, self.set_up, self.comment_clamps)

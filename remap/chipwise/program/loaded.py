@@ -27,12 +27,14 @@ class MainProgram:
 
     def of(self, status, idle):
         """From a linuxcnc.stat; idle: whether the interpreter is."""
-        if not idle and status.file == self.path:
+        in_sub = self.path and getattr(status, "call_level", 0)
+        if idle:
+            if status.file != self.path:
+                self.path, self.before = status.file, self.path
+        elif status.file == self.path:
             self.before = None
-        if idle or status.file != self.before:
-            if not self.path or idle or not getattr(status, "call_level", 0):
-                if status.file != self.path:
-                    self.path, self.before = status.file, self.path if idle else None
+        elif status.file != self.before and not in_sub:
+            self.path, self.before = status.file, None
         return self.path
 
 
