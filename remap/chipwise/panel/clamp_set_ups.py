@@ -69,7 +69,8 @@ class ClampSetUps:
                     )
                 set_ups.add(path, number, name, "box", box or [], title or None)
             else:
-                clamps = set_ups.load(path)[number].clamps if number in set_ups.load(path) else {}
+                known = set_ups.load(path)
+                clamps = known[number].clamps if number in known else {}
                 if gone not in clamps:
                     raise CycleError(f"set-up {number} has no clamp of that name", "look at the list again")
                 set_ups.remove(path, number, None if len(clamps) == 1 else gone)

@@ -55,13 +55,15 @@ class Head(TypedDict):
 
 Found = tuple[Head, Path | None]
 Loaded = tuple[Scene, tuple[int, int, int] | None]  # the scene, and the identity of the file
-NOTHING: Head = {"note": "", "line": 0, "relative": False, "loops": []}  # known of a program
 _FIELDS = (("<f4", 3), ("?", 1), ("<i4", 1), ("<i4", 1))
 
 
 def _unread(note: str) -> Head:
     """Of a program that has not been read: why."""
     return {"note": note, "line": 0, "relative": False, "loops": []}
+
+
+NOTHING = _unread("")  # known of a program
 
 
 def unpacked(answer: bytes) -> Found:
