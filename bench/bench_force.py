@@ -14,17 +14,14 @@ Called by bench/run.py (prints JSON rows, of one program); by hand with --table:
     as well.
 """
 
-import argparse
-import json
 import re
-import tempfile
+import sys
 import tomllib
-from pathlib import Path
 
 import numpy as np
 
 from roots import ROOT
-from rows import row
+from rows import by_program, row
 from support import claims, foreign, judge_force
 from support.claims import Condition
 
@@ -157,30 +154,5 @@ def rows_of(f):
     ]
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--only", nargs="*", default=[], help="programs")
-    parser.add_argument("--seed", default="1")
-    parser.add_argument("--table", action="store_true")
-    parser.add_argument("--step", type=float, help="mm between judged places")
-    parser.add_argument("--keep", help="folder for programs and logs")
-    options = parser.parse_args()
-    options.only = options.only or ([] if options.table else SHORT)
-    if options.table:
-        print(HEAD, flush=True)
-    for name, program in foreign.programs(options.seed).items():
-        if options.only and name not in options.only:
-            continue
-        with tempfile.TemporaryDirectory() as scratch:
-            folder = Path(options.keep or scratch) / name
-            folder.mkdir(parents=True, exist_ok=True)
-            found = measured(program, folder, options.step)
-        if options.table:
-            print(line_of(found), *found["errors"], sep="\n    ", flush=True)
-            continue
-        for made in rows_of(found):
-            print(json.dumps(made), flush=True)
-
-
 if __name__ == "__main__":
-    main()
+    by_program(sys.modules[__name__], foreign.programs)

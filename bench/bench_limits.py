@@ -15,9 +15,7 @@ Called by bench/run.py (prints JSON rows, of one program); by hand with --table:
  5. Chip, power and force are judged in means over 10 ms.
 """
 
-import argparse
-import json
-import tempfile
+import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -25,7 +23,7 @@ import numpy as np
 
 import bench_claims
 import bench_force
-from rows import row
+from rows import by_program, row
 from chipwise.tool_data.materials import find_material
 from support import claims, foreign, judge_force
 from support import judge as judging
@@ -199,27 +197,5 @@ def programs(seed):
     return {**{name: replace(own[name], notes="") for name in OWN}, **foreign.programs(seed)}
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--only", nargs="*", default=[], help="programs")
-    parser.add_argument("--seed", default="1")
-    parser.add_argument("--table", action="store_true")
-    parser.add_argument("--step", type=float, help="mm between judged places")
-    options = parser.parse_args()
-    chosen = options.only or ([] if options.table else SHORT)
-    if options.table:
-        print(HEAD, flush=True)
-    for name, program in programs(options.seed).items():
-        if chosen and name not in chosen:
-            continue
-        with tempfile.TemporaryDirectory() as scratch:
-            found = measured(program, Path(scratch), options.step)
-        if options.table:
-            print(line_of(found), *found["errors"], sep="\n    ", flush=True)
-            continue
-        for made in rows_of(found):
-            print(json.dumps(made), flush=True)
-
-
 if __name__ == "__main__":
-    main()
+    by_program(sys.modules[__name__], programs)
