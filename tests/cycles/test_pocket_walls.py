@@ -16,9 +16,9 @@ from support.pocket_requests import BOX, faults, request, walked
 from support.pocket_random import circle, rectangle
 from support.random_cases import random_count, random_seed
 from chipwise.geometry.base import elements
-from chipwise.geometry.base.contour import make_contour
+from chipwise.geometry.base.contour import LineElement, make_contour
 from chipwise.geometry.pocket.machinable import split
-from chipwise.geometry.pocket.strategies import NAMES
+from chipwise.geometry.pocket.strategies import NAMES, STRATEGIES
 from chipwise.geometry.pocket.wall_arcs import Walls, over_seam
 
 TANGENT = 0.05  # degrees; six decimals of a short arc are less
@@ -38,6 +38,48 @@ def test_every_wall_is_come_onto_and_left_on_an_arc(strategy, name, climb):
     for finish in found:
         assert finish.on is not None and finish.on < TANGENT and finish.off is not None and finish.off < TANGENT
         assert finish.past == pytest.approx(0.3, abs=1e-3)
+
+
+def rows_to_the_wall(field, strategy, radius, step, walls):
+    """mm between the finished walls and what is cut before them."""
+    border = elements.join(field.contours)
+    ends = [
+        end
+        for track in STRATEGIES[strategy](field, radius, step, 0.3, True, walls)
+        for end in track.elements.end
+        if not track.wall
+    ]
+    return min(
+        (elements.distances(border, np.arange(len(border)), np.broadcast_to(end, (len(border), 2))).min())
+        for end in ends
+    )
+
+
+@pytest.mark.parametrize("name", sorted(SHAPES))
+@pytest.mark.parametrize("strategy", [1, 2])
+def test_rows_end_before_the_walls(strategy, name):
+    """0.04 tool radii; to the wall itself without Walls."""
+    contours = [make_contour(parts) for parts in SHAPES[name]]
+    for field in split(contours[0], contours[1:], 3.0):
+        assert rows_to_the_wall(field, strategy, 3.0, 2.4, Walls(field, 3.0, True, 0.3)) > 0.12 - 1e-5
+        assert rows_to_the_wall(field, strategy, 3.0, 2.4, None) < 1e-6
+
+
+@pytest.mark.parametrize("strategy", [1, 2])
+@pytest.mark.parametrize("wide", [6.05, 6.2, 6.3])
+def test_necks_where_rows_have_no_room_before_the_walls(strategy, wide):
+    """Two rooms and a neck hardly wider than the tool, and a room without a row: nothing is left, one room is one entry
+    of P2."""
+    low, high = 10.0 - 0.5 * wide, 10.0 + 0.5 * wide
+    x = (0, 20, 20, 40, 40, 60, 60, 40, 40, 20, 20, 0)
+    y = (0, 0, low, low, 0, 0, 20, 20, high, high, 20, 20)
+    corners = list(zip(map(float, x), map(float, y)))
+    two = tuple(LineElement(a, b, 1) for a, b in zip(corners, corners[1:] + corners[:1]))
+    assert faults(request((two,), strategy=strategy)) == []
+    assert faults(request((two,), strategy=strategy, step=5.9)) == []
+    assert faults(request((rectangle(0, 0, 6.2, 6.2),), strategy=strategy)) == []
+    (field,) = split(make_contour(two), [], 3.0)
+    assert (Walls(field, 3.0, True, 0.3).within is field) == (wide < 6.24)
 
 
 @pytest.mark.parametrize("strategy", sorted(NAMES))

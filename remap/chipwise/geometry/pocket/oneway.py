@@ -14,23 +14,23 @@ Departures: the abstract says nothing of the first and the last path, of islands
    from P to Q as soon as the chords on both sides are done.
 4. A chord waits until every chord before it is done; of those that may be next the one below the
    last comes first, then the one whose start is nearest.
-5. The outline is run once more at the end, without the stops of the traverses.
+5. With Walls all this ends a little before the walls (scan.py: rows_before).  The outline is run at the end, without
+   the stops of the traverses.
 """
 
 import numpy as np
 
-from chipwise.geometry.pocket.scan import scan
+from chipwise.geometry.pocket.scan import finished, rows_before
 
 
 def one_way(region, radius, step, direction, climb, walls=None):
     """Tracks of a machinable region, every chord in `direction` (rad); see tracks.py."""
-    rows = scan(region, radius, step, direction, climb)
+    rows = rows_before(region, radius, step, direction, climb, walls)
     order = _Order(rows)
     tracks = []
     while (chord := order.following()) is not None:
         tracks += [rows.track(chain) for chain in order.cut(chord)]
-    tracks = tuple(tracks + rows.contour_tracks(tracks[-1].end if tracks else None))
-    return tracks if walls is None else walls.led(tracks)
+    return finished(region, rows, tracks, climb, walls)
 
 
 class _Order:

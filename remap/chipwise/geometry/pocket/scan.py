@@ -22,14 +22,14 @@ what lies outside the machinable region within the tool's reach is nearest to th
 together reach everything while the gap is at most the tool's diameter.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from chipwise.errors import CycleError
 
-from chipwise.geometry.base import elements
+from chipwise.geometry.base import chains, elements
 from chipwise.geometry.base.elements import Elements
 from chipwise.geometry.pocket.tracks import along, make_track
 
@@ -65,6 +65,7 @@ class Scan:
     pool: every element a track may need: the contours cut at all crossings (split of them), the
     same backwards, the chords, the same backwards; begin (k,) int: where in it a crossing's outline
     piece begins; loops: (first, last) of each contour in it.
+    kept: the rows end before the walls, the contours are not the walls.
     """
 
     chord: np.ndarray
@@ -79,6 +80,7 @@ class Scan:
     loops: tuple
     split: int
     pool: Elements
+    kept: bool = False
 
     @property
     def chords(self):
@@ -132,6 +134,31 @@ class Scan:
             tracks.append(self.track([*range(a, last), *range(first, a)], True))
             here = tracks[-1].end
         return tracks
+
+
+def rows_before(region, radius, step, direction, climb, walls):
+    """Scan whose rows end before the walls of a machinable region; of the region itself where no row has room so, or
+    without walls."""
+    if walls is not None and walls.within is not region:
+        rows = scan(walls.within, radius - walls.kept, step, direction, climb)
+        if rows.chords:
+            return replace(rows, kept=True)
+    return scan(region, radius, step, direction, climb)
+
+
+def finished(region, rows, tracks, climb, walls):
+    """Tracks of rows, and after them every contour of the machinable region once, with arcs onto and off them if walls
+    are given."""
+    here = tracks[-1].end if tracks else None
+    if not rows.kept:
+        tracks = tuple(tracks + rows.contour_tracks(here))
+        return tracks if walls is None else walls.led(tracks)
+    for contour in (*region.holes, region.boundary):
+        loop = along(contour, climb)
+        index, t = chains.nearest(loop, here)[1:]
+        tracks.append(make_track(chains.rotated(loop, *chains.snapped(loop, index, t)), wall=True))
+        here = tracks[-1].end
+    return walls.led(tracks)
 
 
 def scan(region, radius, step, direction, climb):

@@ -12,7 +12,7 @@ radius: tool radius, mm; step: step-over, mm; direction: rad, of the straight st
 the wall, and the stock still standing, is on the RIGHT of travel: counter-clockwise along the
 boundary of a machinable region, clockwise about its holes.  That is climb milling with the spindle turning
 clockwise (M3); with M4 climb milling is climb=False.  walls: wall_arcs.py's Walls, for the arcs onto
-and off the contours; None: without arcs.
+and off the contours, and for rows that end before them; None: neither.
 
 What holds for the Tracks of one machinable region:
 1. Each stays inside the closed machinable region, so that its distance to the walls needs no other check.

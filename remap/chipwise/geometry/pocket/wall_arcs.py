@@ -3,7 +3,7 @@
 
 Called by cycles/pocket.py, which gives Walls to the strategies P0 to P3: rings.py and concentric.py, whose last ring
 comes from the ring beside it, and led() for walls that are Tracks of their own.  rings.py takes the arcs from ring to
-ring from here, too.  Lengths mm, angles rad.
+ring from here, too, and scan.py the region of rows that end before the walls.  Lengths mm, angles rad.
 
 A wall is come onto tangent to it, and left tangent to it: a tool that strikes it square, turns or dwells on it leaves a
 mark.  Every arc is asked for by exact distances whether it keeps within the region.  Where none does, the path is as it
@@ -12,6 +12,7 @@ is without arcs.
 
 import math
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from chipwise.geometry.base import chains, elements
 from chipwise.geometry.base.elements import make_arcs, make_lines
 from chipwise.geometry.pocket.engage_ground import Ground, fitted
 from chipwise.geometry.pocket.engage_links import FINE_MM, RIM_MM, inside
-from chipwise.geometry.pocket.machinable import clear_segment
+from chipwise.geometry.pocket.machinable import clear_segment, inside as within_region, machinable_regions
 from chipwise.geometry.pocket.rings import SLANTS
 
 # Radii of arcs onto and off a wall, in tool radii: the first that fits.
@@ -36,6 +37,9 @@ BENT, ROUND = math.radians(75.0), math.radians(120.0)
 # Places of a wall that are looked at for an arc from cleared ground.
 PLACES = 24
 
+# Rows of P1 and P2 end this far (tool radii) before the wall that is run after them.
+KEPT = 0.04
+
 # A contour of less area than this (mm2) is a line or a place: there is no side to come from.
 NO_AREA_MM2 = 1e-6
 
@@ -47,6 +51,7 @@ class Walls:
         """overlap: mm that the tool runs on over the seam."""
         self.region, self.radius = region, radius
         self.side, self.overlap = 1.0 if climb else -1.0, overlap
+        self.kept = KEPT * radius
         self._ground = None
 
     @property
@@ -55,6 +60,18 @@ class Walls:
         if self._ground is None:
             self._ground = Ground(self.region.contours, self.radius)
         return self._ground
+
+    # ---- rows that end before a wall ---------------------------------------------------------------------------------
+
+    @cached_property
+    def within(self):
+        """The machinable region whose rows end before the walls; the region itself if that is not one."""
+        found = [
+            region
+            for region in machinable_regions(self.region.pocket, self.region.distance + self.kept)
+            if region.area > NO_AREA_MM2 and within_region(self.region, region.boundary.start[:1])[0]
+        ]
+        return found[0] if len(found) == 1 else self.region
 
     # ---- from a ring beside a wall -----------------------------------------------------------------------------------
 
@@ -158,20 +175,30 @@ class Walls:
         found = []
         for track in tracks:
             if track.wall and solid(track.elements):
-                track = self._led(track, found[-1].end if found else None)
+                track = self._led(track, found)
             self.ground.clear(track.elements)
             found.append(track)
         return tuple(found)
 
-    def _led(self, track, here):
-        """here: where the Track before ends; None before the first."""
+    def _led(self, track, before):
+        """before: the Tracks before."""
         loop = track.elements
-        found = self.from_solid(loop) if here is None else self._from_cleared(loop, here)
+        found = self._from_cleared(loop, before[-1].end) if before else self.from_solid(loop)
         arc, loop = found if found is not None else (None, loop)
-        chain = self.finished(loop) if arc is None else elements.join((arc, self.finished(loop)))
+        start = arc if arc is not None or not before else self._from_path(loop.start[0], before)
+        chain = self.finished(loop) if start is None else elements.join((start, self.finished(loop)))
         return replace(
-            track, elements=chain, cutting=np.ones(len(chain), bool), cleared=arc is not None and here is not None
+            track, elements=chain, cutting=np.ones(len(chain), bool), cleared=arc is not None and bool(before)
         )
+
+    def _from_path(self, place, before):
+        """The line to a place from the nearest place of Tracks; None where it lies on one, or no line leads there."""
+        path = elements.join([track.elements for track in before])
+        gap, index, t = chains.nearest(path, place)
+        start = chains.point(path, *chains.snapped(path, index, t))
+        if gap <= chains.SNAP_MM or gap > self.radius or not clear_segment(self.region, start, place):
+            return None
+        return make_lines(start[None], place[None])
 
     def from_solid(self, loop):
         """(the arc onto the start of a closed contour, the contour), the widest arc that fits; None."""

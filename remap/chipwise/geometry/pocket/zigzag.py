@@ -9,18 +9,17 @@ done, next to one that is not, so that only the first Track of a machinable regi
 
 import numpy as np
 
-from chipwise.geometry.pocket.scan import scan
+from chipwise.geometry.pocket.scan import finished, rows_before
 
 
 def zigzag(region, radius, step, direction, climb, walls=None):
     """Tracks of a machinable region, chords in `direction` (rad) and against it; see tracks.py."""
-    rows = scan(region, radius, step, direction, climb)
+    rows = rows_before(region, radius, step, direction, climb, walls)
     done = np.zeros(rows.chords, bool)
     tracks = []
     while not done.all():
         tracks.append(rows.track(_chain(rows, done, tracks[-1].end if tracks else None)))
-    tracks = tuple(tracks + rows.contour_tracks(tracks[-1].end if tracks else None))
-    return tracks if walls is None else walls.led(tracks)
+    return finished(region, rows, tracks, climb, walls)
 
 
 def _routes(rows, crossing):
