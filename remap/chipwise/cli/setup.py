@@ -247,9 +247,11 @@ def tool_lines(tool, unit):
         *([f"{tool.flutes} flutes"] if tool.flutes and "flute" not in tool.name else []),
     ]
     air = 100 * tool.air_s / tool.time_s if tool.time_s > 0 else 0
+    cuts = f"{tool.mean / MM3_PER_CM3:.3g} cm3/min in the mean of all cuts"
+    if tool.rate > 0:
+        cuts += f", {tool.rate / MM3_PER_CM3:.3g} at most over 1 s sideways"
     yield printable(
-        f"  tool {tool.number}, {', '.join(what)}: {format_minutes(tool.time_s)} at F, {air:.0f} % of it in air; cuts "
-        f"{tool.rate / MM3_PER_CM3:.3g} cm3/min at most over 1 s sideways, {tool.mean / MM3_PER_CM3:.3g} in the mean"
+        f"  tool {tool.number}, {', '.join(what)}: {format_minutes(tool.time_s)} at F, {air:.0f} % of it in air; {cuts}"
     )
     if tool.longer:
         yield (
