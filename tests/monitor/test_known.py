@@ -2,6 +2,7 @@
 """Whether the loaded program has been read, and whose the stock is (monitor/known.py), and what of it an assumed stock
 says (monitor/shadow.py)."""
 
+import shutil
 import types
 
 import pytest
@@ -89,6 +90,20 @@ def test_it_is_read_when_the_stock_is_there_or_none_is_to_come(scene, answer, ti
     shadow.reading.answer = dict(answer)
     look()
     assert shadow.has_read(program) and not shadow.has_read(PART) and len(shadow.written_to) == times
+
+
+def test_the_program_that_axis_opens_by_itself_is_no_part(scene, tmp_path):
+    """AXIS's name in lines of G-code, at each start: it is not read, nothing is said of it, and nothing waits for it;
+    one of the same name elsewhere is read."""
+    shadow, _pins, look, said = scene
+    for folder, reads in ((tmp_path / "share" / "axis" / "images", False), (tmp_path / "images", True)):
+        folder.mkdir(parents=True)
+        path = str(folder / "axis.ngc")
+        shutil.copy(tmp_path / "part.ngc", path)
+        status = types.SimpleNamespace(file=path, interp_state=1, queue=0, inpos=True, poll=lambda: None)
+        shadow.follow(LINUXCNC, status, path)
+        assert bool(shadow.loaded) is reads and shadow.has_read(path) is not reads, path
+    assert said == []
 
 
 @pytest.mark.parametrize("certain", [True, False])

@@ -12,6 +12,7 @@
 4. A tool that only comments describe counts in an assumed stock only.  Where neither they nor the tool table have it,
    the program is read again as soon as another tool is in the spindle or the tool table has changed.
 5. The operator reads once what is assumed, or why nothing is, when no command is under way (start_line.py: Quiet).
+6. The program that AXIS opens by itself at its start is nobody's part: it has no stock, and nothing is said of it.
 """
 
 import contextlib
@@ -29,7 +30,7 @@ from chipwise.monitor.set_up_time import SetUpTime
 from chipwise.monitor.tool_shape import Tool
 from chipwise.stock import reasons
 from chipwise.clib.core import CoreError, Stock
-from chipwise.program.program_file import opened_name
+from chipwise.program.program_file import is_splash, opened_name
 from chipwise.stock.store import head_of
 
 HELD_S = 1.0  # for the tracker's answer
@@ -92,7 +93,8 @@ class Shadow:
             return
         scene = loaded.scene(status)
         place = loaded.place(scene)
-        found = (status.file, loaded.identity(status.file), place) if status.file else None
+        is_loaded = status.file and not is_splash(status.file)
+        found = (status.file, loaded.identity(status.file), place) if is_loaded else None
         if pressed:
             self._begin_part()
         if found != self.loaded or self.asks_tool and self.asks_tool != self._tool_state(scene):
@@ -121,7 +123,8 @@ class Shadow:
     def has_read(self, program):
         """Whether nothing more is to come for the loaded program."""
         waits = self.reading.child is not None or self.wanted is not None and not self._is_certain()
-        return not self.is_on or bool(self.loaded and self.loaded[0] == program and not waits)
+        is_answered = self.loaded and self.loaded[0] == program and not waits
+        return not self.is_on or is_splash(program) or bool(is_answered)
 
     def _is_certain(self):
         """Whether there is a stock that a program or a person has confirmed."""

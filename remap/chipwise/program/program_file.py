@@ -20,6 +20,7 @@ _ASCII = bytes(byte if byte < 128 else ord("?") for byte in range(256))
 
 # What AXIS of LinuxCNC 2.10 calls a filter's output (axis.py: open_file_guts); its folder is one of tempfile.mkdtemp()
 _FILTERED, _MADE_FOLDER = "filtered-", re.compile(r"tmp[a-z0-9_]{8}")
+_SPLASH = "/share/axis/images/axis.ngc"  # of LinuxCNC's files, 2.9 and 2.10 (axis.py: initialfile)
 TOOL, AXIS = "tool", "axis"  # what a machine may lack
 _NO_TOOL, _NO_AXIS = (
     re.compile(r"Requested tool (\d{1,9}) not found"),
@@ -39,6 +40,11 @@ def opened_name(path):
     if name.startswith(_FILTERED) and _MADE_FOLDER.fullmatch(os.path.basename(folder)):
         return name[len(_FILTERED) :]
     return name
+
+
+def is_splash(path):
+    """Whether it is the program that AXIS opens where the operator has opened none: AXIS's name in lines of G-code."""
+    return os.path.abspath(path).endswith(_SPLASH)
 
 
 class Unreadable(Exception):
