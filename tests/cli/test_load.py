@@ -12,6 +12,7 @@ from chipwise.errors import CycleError
 from chipwise.ini import Ini
 from chipwise.settings import parse_settings
 from chipwise.tool_data.geometry import ToolGeometry
+from support import ROOT
 
 
 @pytest.fixture
@@ -240,6 +241,22 @@ def test_codes_of_another_copy(tmp_path, section):
         and f"in {python_section.CODES};" in text
         and "chipwise new-config" in text
     )
+
+
+def test_a_module_of_the_machine_comes_first(tmp_path):
+    """LinuxCNC 2.10 takes the [PYTHON] sections as one: with those of chipwise.inc behind its own, as install.md has,
+    TOPLEVEL still imports the machine's module remap."""
+    text = (ROOT / "configs/chipwise.inc.in").read_text().replace("@SHARE@/remap", python_section.CODES)
+    second = text.split("\n[PYTHON]\n")[1].split("\n[CHIPWISE]\n")[0]
+    path = [str(tmp_path / "elsewhere")]
+    for line in (GOOD + second).splitlines():  # as python_plugin.cc of 2.10 does it
+        key, _equals, value = (part.strip() for part in line.partition("="))
+        if key == "PATH_PREPEND":
+            path.insert(0, value)
+        elif key == "PATH_APPEND":
+            path.append(value)
+    assert path.index("python") < path.index(python_section.CODES)
+    assert (GOOD + second).index("TOPLEVEL = python/") < (GOOD + second).index(f"TOPLEVEL = {python_section.CODES}")
 
 
 def test_no_python_section_and_no_codes(tmp_path):

@@ -9,6 +9,7 @@ import subprocess
 import pytest
 
 from chipwise.headless import runner
+from support import samples
 from support.operate import BOX, NO_SHADOW, SCRIPTED, operate
 
 pytestmark = pytest.mark.machine
@@ -267,7 +268,7 @@ def test_a_map_too_large_for_memory_stops_the_start(tmp_path):
 
 def test_three_lines_on_an_existing_machine(tmp_path):
     """LinuxCNC's own sample machine with the README's three lines: the codes work."""
-    sample = "/usr/share/doc/linuxcnc/examples/sample-configs/sim/axis"
+    sample = os.path.join(samples.STOCK, "sim/axis")
     if not os.path.isdir(sample):
         pytest.skip("this LinuxCNC has no sample configurations")
     folder = tmp_path / "machine"

@@ -15,8 +15,9 @@ from support import samples
 
 pytestmark = pytest.mark.machine
 
-IN_PLACE = os.environ.get("EMC2_HOME")  # the folder of a LinuxCNC that is run in place
-SELECTOR = f"{IN_PLACE}/tcl/bin/pickconfig.tcl" if IN_PLACE else "/usr/lib/tcltk/linuxcnc/bin/pickconfig.tcl"
+SELECTOR = (
+    f"{samples.IN_PLACE}/tcl/bin/pickconfig.tcl" if samples.IN_PLACE else "/usr/lib/tcltk/linuxcnc/bin/pickconfig.tcl"
+)
 FOLDERS = {
     "new-config": ("chipwise new-config", "linuxcnc/configs/chipwise"),
     "selector": (

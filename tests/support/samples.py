@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """chipwise on LinuxCNC's own sample configurations, installed as README says.
 
-A row of SAMPLES is a configuration of the LinuxCNC package.  run(row) copies it, puts README's lines into its INI file,
+A row of SAMPLES is a configuration of the LinuxCNC that runs.  run(row) copies it, puts README's lines into its INI,
 and starts it with its screen in a sandbox in which chipwise is installed (sample_driver.py is the operator): home,
 define a stock beside the tool, cut with the volumetric feed.  Called by test_samples.py, and by tools/samples, which
 tries all and writes docs/user/machines.md.
@@ -18,7 +18,8 @@ from dataclasses import dataclass
 from support import ROOT
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-STOCK = "/usr/share/doc/linuxcnc/examples/sample-configs"
+IN_PLACE = os.environ.get("EMC2_HOME")  # of a LinuxCNC that is run in place: its screens want its own samples
+STOCK = f"{IN_PLACE}/configs" if IN_PLACE else "/usr/share/doc/linuxcnc/examples/sample-configs"
 TIMEOUT_S = 1500
 SANDBOX = os.path.join(ROOT, "bin", "chipwise-sandbox")
 
@@ -179,6 +180,12 @@ def paste(ini, lines):
             raise AssertionError(f"{ini} has no section [{section}]")
 
 
+def has_codes(ini):
+    """Whether the configuration has a [PYTHON] section of its own."""
+    with open(ini, encoding="utf-8") as handle:
+        return "[PYTHON]" in handle.read().splitlines()
+
+
 def follow_the_recipe(ini):
     """The two lines of docs/user/install.md's "A machine with codes of its own", taken from there."""
     with open(os.path.join(ROOT, "docs", "user", "install.md")) as handle:
@@ -251,7 +258,7 @@ def copied(sample, where):
     shutil.copytree(STOCK, copy, symlinks=True, ignore=shutil.ignore_patterns("by_machine", "attic", "*.var"))
     subprocess.run(["chmod", "-R", "u+w", copy], check=True)
     ini = os.path.join(copy, sample.path)
-    if sample.recipe:
+    if sample.recipe or (not sample.refused and has_codes(ini)):  # gmoccapy of 2.10
         follow_the_recipe(ini)
     if sample.display:
         show_with(ini, sample.display)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Whether LinuxCNC's interpreter will find chipwise's codes: the [PYTHON] section of the INI file.
 
-Called by load.py while LinuxCNC starts.  LinuxCNC reads the first [PYTHON] section only, and looks up every code in the
-module `remap` that TOPLEVEL imports.  Without this check a machine with another module `remap` gets an error of the
+Called by load.py while LinuxCNC starts.  LinuxCNC looks up every code in the module `remap` that TOPLEVEL imports.  2.9
+reads the first [PYTHON] section only; 2.10 takes all of them as one, with the first TOPLEVEL, so what chipwise.inc adds
+to the path is behind the machine's own.  Without this check a machine with another module `remap` gets an error of the
 interpreter that names neither.
 """
 
