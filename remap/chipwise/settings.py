@@ -95,10 +95,15 @@ def power_at(points: tuple, speed: float) -> float:
     return points[-1][1]
 
 
+def edge_power(settings: "Settings", speed: float) -> float:
+    """W at the edges at a speed, 1/min: what SPINDLE_POWER leaves of SPINDLE_EFFICIENCY; 0: no limit."""
+    return settings["SPINDLE_EFFICIENCY"] * power_at(settings["SPINDLE_POWER"], speed)
+
+
 def spindle_limit(settings: "Settings", speed: float) -> float:
     """W at a speed, 1/min: what SPINDLE_POWER and SPINDLE_TORQUE leave; 0: no limit."""
     torque = settings["SPINDLE_TORQUE"] * 2.0 * math.pi * speed / 60.0 if speed > 0.0 else 0.0
-    limits = [one for one in (power_at(settings["SPINDLE_POWER"], speed), torque) if one > 0.0]
+    limits = [one for one in (edge_power(settings, speed), torque) if one > 0.0]
     return min(limits, default=0.0)
 
 
@@ -159,6 +164,7 @@ SETTINGS = {
     "SPINDLE_POWER": Setting(
         (), "W", _powers, lambda v: True, "a power above 0, or up to 8 points 1/min:W with rising speeds"
     ),
+    "SPINDLE_EFFICIENCY": Setting(1.0, "", _number, lambda v: 0 < v <= 1, "a share above 0, 1 at most"),
     "SPINDLE_TORQUE": Setting(0.0, "Nm", _number, lambda v: 0 <= v <= 1e4, "a torque from 0 (none) to 10000 Nm"),
     "SPINDLE_LOAD_SCALE": Setting(
         1.0, "W", _number, lambda v: 0 <= v <= 1e6, "a power from 0 (not measured) to 1000000 W"

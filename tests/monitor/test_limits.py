@@ -91,6 +91,23 @@ def test_the_power_of_the_spindle():
     assert power_at((), 5000.0) == 0.0 and power_at(((0.0, 800.0),), 5000.0) == 800.0
 
 
+def test_the_efficiency_of_the_spindle():
+    """The plate's power less the losses; nothing else is scaled, and without a power there is still no limit."""
+    watch, pins, _said = limits(SPINDLE_POWER="6000:400, 24000:800", SPINDLE_EFFICIENCY="0.75")
+    for speed, power in ((3000, 150.0), (-15000, 450.0), (30000, 600.0)):
+        watch.speed(speed)
+        assert pins["max-power"] == pytest.approx(power)
+    watch, pins, _said = limits(SPINDLE_EFFICIENCY="0.75")
+    watch.speed(6000)
+    assert pins["max-power"] == 0.0
+
+
+@pytest.mark.parametrize("text", ["0", "-0.5", "1.01", "80", "x", "nan"])
+def test_efficiencies_that_are_none(text):
+    with pytest.raises(CycleError, match=r"SPINDLE_EFFICIENCY = .* is not a share above 0, 1 at most"):
+        parse_settings({"SPINDLE_EFFICIENCY": text})
+
+
 @pytest.mark.parametrize("turns", [500, 4000, 7600, 7700, 15000, -24000])
 def test_the_spindle_below_and_above_its_base_speed(monkeypatch, tmp_path, turns):
     """From the INI to the feed in a slot of D10: 1 Nm up to 800 W / (2 pi 1 Nm) = 7639 1/min and 800 W above, at the

@@ -5,13 +5,13 @@ speed.
 Called by worker.py.  The material is that of the program's MATERIAL comment, else of the set-up in force, else of
 [CHIPWISE]MATERIAL
 (tool_data/materials.py); the power that of
-[CHIPWISE]SPINDLE_POWER.  What is not known limits nothing, and is said once for each program.
+[CHIPWISE]SPINDLE_POWER, times SPINDLE_EFFICIENCY.  What is not known limits nothing, and is said once for each program.
 """
 
 from chipwise.tool_data.chip_loads import default_chip
 from chipwise.errors import CycleError, unnamed
 from chipwise.tool_data.materials import material_of
-from chipwise.settings import power_at
+from chipwise.settings import edge_power
 
 NO_MATERIAL = (
     "the power is not limited: no material is known; add (MATERIAL,NAME=6061) to the program, or set [CHIPWISE]MATERIAL"
@@ -104,4 +104,4 @@ class Limits:
 
     def speed(self, revolutions):
         """The commanded speed of the spindle, 1/min."""
-        self.component["max-power"] = power_at(self.settings["SPINDLE_POWER"], abs(revolutions))
+        self.component["max-power"] = edge_power(self.settings, abs(revolutions))
