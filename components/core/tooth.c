@@ -109,8 +109,8 @@ static double lean_at(const struct chip_tool *tool, double r)
 }
 
 /* [4] Sine of the angle where the stock begins on one side (step -1: right, 1: left) of the heading, which is point `middle`; 1: nothing
- * is met. */
-static double edge_on(const struct chip_tooth *tooth, int middle, int step, double least, double window)
+ * is met. `low`: set if there is contact before that is too low. */
+static double edge_on(const struct chip_tooth *tooth, int middle, int step, double least, double window, int *low)
 {
     double sum = 0.0, top = 0.0, to_top = 1.0, begin = -1.0, last_s = fabs(tooth->side[middle]),
            last = tooth->height[middle];
@@ -121,8 +121,11 @@ static double edge_on(const struct chip_tooth *tooth, int middle, int step, doub
     last_s = fabs(tooth->side[i - step]);
     for (; i >= 0 && i < tooth->points; i += step) {
         double s = fabs(tooth->side[i]), h = tooth->height[i];
+        if (begin < 0.0 && h > least) {
+            begin = s;
+            *low |= sum > 0.0;
+        }
         sum += 0.5 * (h + last) * (s - last_s);
-        if (begin < 0.0 && h > least) begin = s;
         if (h > CHIP_RISING * top) {
             top = h;
             to_top = s - sum / h;
@@ -132,7 +135,9 @@ static double edge_on(const struct chip_tooth *tooth, int middle, int step, doub
         last = h;
         last_s = s;
     }
-    return begin < 0.0 ? 1.0 : chip_min(1.0, chip_max(begin, to_top));
+    if (begin >= 0.0) return chip_min(1.0, chip_max(begin, to_top));
+    *low |= sum > 0.0;
+    return 1.0;
 }
 
 /* The point in the heading. */
@@ -144,15 +149,34 @@ static int find_middle(const struct chip_tooth *tooth)
     return middle;
 }
 
+/* [4] The highest point as it is seen along the path: times its n . d. */
+static double highest_ahead(const struct chip_tooth *tooth)
+{
+    float most2 = 0.0f;
+    int i;
+    for (i = 0; i < tooth->points; i++) {
+        float s = tooth->side[i], h = tooth->height[i], seen2 = h * h * (1.0f - s * s);
+        if (seen2 > most2) most2 = seen2;
+    }
+    return chip_sqrt(most2);
+}
+
 /* [1] [4] Largest n . d of the points, over that at the heading of a wall of this radius. */
 static double chip_of_points(const struct chip_tooth *tooth, const struct chip_pose *at, const struct chip_strip *strip,
                              double highest)
 {
-    double least = chip_max(CHIP_MIN_CONTACT, CHIP_LEAST_CONTACT * highest), edge;
+    double least = chip_max(CHIP_MIN_CONTACT, CHIP_LEAST_CONTACT * highest), edge = 1.0;
     double window = (strip->margin > 0.0 ? CHIP_EDGE_CLEAR : CHIP_EDGE) / (at->per_cell * strip->inner);
-    int middle = find_middle(tooth);
-    if (tooth->height[middle] > least) return 1.0;
-    edge = chip_min(edge_on(tooth, middle, -1, least, window), edge_on(tooth, middle, 1, least, window));
+    int middle = find_middle(tooth), is_wall = strip->inner >= strip->ended, k;
+    for (k = 0; k < 2; k++) {
+        int low = tooth->height[middle] > CHIP_MIN_CONTACT;
+        if (tooth->height[middle] > least) return 1.0;
+        edge = chip_min(edge, edge_on(tooth, middle, -1, least, window, &low));
+        edge = chip_min(edge, edge_on(tooth, middle, 1, least, window, &low));
+        if (!low || !is_wall) break;
+        /* `highest` may be of a wall beside the path, which has hardly any chip: then a low floor counts; bands are low themselves */
+        least = chip_max(CHIP_MIN_CONTACT, CHIP_LEAST_CONTACT * highest_ahead(tooth));
+    }
     edge *= strip->inner / strip->outer;
     return chip_sqrt(chip_max(0.0, 1.0 - edge * edge));
 }
@@ -245,8 +269,10 @@ void chip_tooth_columns(const struct chip_pose *at, const struct chip_band *band
 void chip_tooth_band(const struct chip_tool *tool, const struct chip_tool_ring *ring, double down,
                      struct chip_band *band)
 {
+    /* just outside of the inner edge: a point in the axis has the slope of its cone there, a ball none [5] */
+    double inner = chip_max(ring->inner * (1.0 + 1e-9), ring->outer * 1e-9);
     band->lean = ring->rise / chip_sqrt(ring->rise * ring->rise + ring->run * ring->run);
-    band->lean_edge[0] = lean_at(tool, ring->inner * (1.0 + 1e-9));
+    band->lean_edge[0] = lean_at(tool, inner);
     band->lean_edge[1] = lean_at(tool, ring->outer * (1.0 - 1e-9));
     band->flat_edge[0] = chip_sqrt(chip_max(0.0, 1.0 - band->lean_edge[0] * band->lean_edge[0]));
     band->flat_edge[1] = chip_sqrt(chip_max(0.0, 1.0 - band->lean_edge[1] * band->lean_edge[1]));

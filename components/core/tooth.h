@@ -15,6 +15,7 @@
  *  4. The map knows the stock to a cell, and where it touches at all is therefore no measure of the largest chip. The edge of the stock
  *     is searched from the heading outwards, on both sides: from the first contact that counts to the highest point within CHIP_EDGE
  *     cells, and lies so far out that the area up to there has that height. Area is kept: one arc, islands, steps and stairs are right.
+ *     Contact counts from a share of the highest one on; of a wall that is only touched beside the path, times its n . d.
  *  5. Each band of a round end has an edge of its own, and n . d of its outer radius: never too low.
  *  6. A limit bounds fz, whatever the spindle does. So both become one number along the path, the tooth load: 1 / the largest fz
  *     allowed, in 1/mm. That of the chip is chip / largest chip, that of power and torque (kc11 z A_mc / 2 pi T)^(1 / (1 - mc)).

@@ -168,6 +168,17 @@ def test_a_plunge():
     ] == pytest.approx(0.03 * 16000 / 60)
 
 
+@pytest.mark.parametrize("angle", [90.0, 118.0])
+def test_a_plunge_of_a_drill(angle):
+    """Its edges lean: the chip is thinner by the sine of half the tip angle, and thin chips take more power."""
+    drill = ToolGeometry(shape="vee", tip_angle=angle, flutes=2, chip_load=0.03)
+    load = ToothLoad(D, drill, find_material("6061"), parse_settings({"SPINDLE_POWER": "800"}))
+    steps, lean = np.array([[0.0, 0.0, -5.0]]), math.sin(math.radians(angle / 2))
+    loads = load.loads(steps, np.array([5.0]), np.array([math.pi * 9 * 5]), np.array([5.0]), np.array([True]))
+    assert load.chips(loads, np.array([4.0]), TURNS)[0] == pytest.approx(4.0 * 60 / 16000 * lean)
+    assert loads.power_area[0] == pytest.approx(math.pi * 9 / lean * lean**0.75, rel=1e-3)
+
+
 def test_a_tool_that_rubs(tmp_path):
     """A pass of 0.3 mm at F240: chips of 0.0065 mm, for the 100 mm that are cut; not in a slot."""
     machine = machine_of(tmp_path, "flutes = 2\nchip_load = 0.03\nchip_least = 0.01\n")
@@ -200,6 +211,9 @@ def test_the_default_chip_counts_in_the_time_and_is_no_finding(tmp_path):
         ({"SPINDLE_TORQUE": "0.4", "SPINDLE_POWER": "200"}, 6000.0, 200.0),
         ({"SPINDLE_POWER": "200"}, 6000.0, 200.0),
         ({"SPINDLE_TORQUE": "0.4", "SPINDLE_POWER": "800"}, 6000.0, 251.33),
+        ({"SPINDLE_POWER": "250", "SPINDLE_EFFICIENCY": "0.8"}, 6000.0, 200.0),
+        ({"SPINDLE_POWER": "3000:100 9000:400", "SPINDLE_EFFICIENCY": "0.5"}, 6000.0, 125.0),
+        ({"SPINDLE_TORQUE": "0.4", "SPINDLE_EFFICIENCY": "0.5"}, 6000.0, 251.33),
         ({}, 6000.0, 0.0),
         ({"SPINDLE_TORQUE": "0.4"}, 0.0, 0.0),
     ],

@@ -105,6 +105,21 @@ def test_ramp_and_plunge(degrees):
     assert power == pytest.approx(slot + math.pi * 25.0 * fall ** (1.0 - MC), rel=0.01)
 
 
+@pytest.mark.parametrize("tip_angle", [60.0, 90.0, 118.0, 140.0])
+@pytest.mark.parametrize("degrees", [10.0, 45.0, 90.0])
+def test_ramp_and_plunge_of_a_cone(tip_angle, degrees):
+    """A drill, a countersink, a vee: also at its point the chip is (n . d) thick, not as thick as it falls."""
+    fall, level, half = math.sin(math.radians(degrees)), math.cos(math.radians(degrees)), math.radians(tip_angle / 2.0)
+    stock, tool = core.Stock((-16.0, -16.0, -10.0), (16.0, 16.0, 0.0), 0.25), core.Tool(6.0, 0.0, tip_angle).limit()
+    depth = 0.8 * 3.0 / math.tan(half)
+    chip, power = stock.tooth(tool, (0.1, 0.2, -depth), (level, 0.0, -fall), core.UNCUT)
+    phi = (np.arange(100_000) + 0.5) / 100_000 * 2.0 * math.pi
+    face = np.clip(level * math.cos(half) * np.cos(phi) + fall * math.sin(half), 0.0, None)
+    surface = math.pi * (0.8 * 3.0) ** 2 / math.sin(half)
+    assert chip == pytest.approx(face.max(), rel=0.001)
+    assert power == pytest.approx(surface * float(np.mean(face ** (1.0 - MC))), rel=0.035)
+
+
 def two_walls(cuts, tip, exact_chip, tool):
     """The chip where the tool meets stock that was cut in several passes."""
     stock = core.Stock((-16.0, -16.0, -10.0), (16.0, 16.0, 0.0), 0.25)
@@ -124,6 +139,24 @@ def test_islands_and_stairs():
     two_walls([(-4.5, 4.5, -4.0)], (0.0, 0.0, -DEPTH), face(4.5), core.Tool(10.0).limit())
     two_walls([(-20.0, 1.0, -4.0), (0.5, 4.5, -2.8)], (0.0, 0.0, -DEPTH), face(1.0), core.Tool(10.0).limit())
     two_walls([(-20.0, 4.0, -4.0)], (0.0, 0.0, -DEPTH), face(4.0), core.Tool(10.0).limit())
+
+
+def test_a_thin_layer_between_high_walls():
+    """On a floor that rises, in its own slot: a layer of 0.01 to 0.15 mm over the whole width has the chip of a slot,
+    also if the tool touches the slot's walls beside it."""
+    angle, tool = math.radians(15.1633), core.Tool(6.35).limit()
+    c, s = math.cos(angle), math.sin(angle)
+
+    def at(x, z):
+        return (c * x + 0.193, s * x - 0.437, z)
+
+    stock = core.Stock((-16.0, -16.0, -10.0), (40.0, 30.0, 0.0), 0.1)
+    core.Cutter(stock, core.Tool(6.35), at(22.0, -1.17)).to(at(0.0, -2.17))
+    found = [
+        stock.tooth(tool, at(x, -2.17), (c, s, 0.0), core.UNCUT)
+        for x in np.arange(0.3, 3.3, 0.1)  # 1 / 22 of that high
+    ]
+    assert min(chip for chip, _power in found) == 1.0
 
 
 def test_without_limits_nothing_changes():

@@ -11,7 +11,8 @@ Called by tooth_rules.py.  Source: M. E. Martellotti, Trans. ASME 63 (1941): h =
  2. Power is kc11 z n fz^(1 - mc) A_mc with A_mc, the integral of sin^(1 - mc) over the arc and the depth.
  3. The side force is RADIAL kc11 fz^(1 - mc) times the largest vector sum of all edges over a turn, each with sin^(1 -
     mc) over its length in the stock; of the walls only: the forces on the end of a tool that falls cancel each other.
- 4. On the way down the end cuts: its chip is fz times the fall.
+ 4. On the way down the end cuts: its chip is fz times the fall, and times the sine of half the tip angle where the end
+    is a point.
  5. Sections are means over WINDOW_MM of path, since the cells give the volume of short moves in lumps.
 """
 
@@ -79,6 +80,8 @@ class Profile:
         )  # of a wall, over its (n . d)^(1 - mc)
         self.lean = np.maximum.accumulate(1.0 / np.sqrt(1.0 + slope**2))  # n . d of a wall, over that of its heading
         self.lean[-1] = 1.0
+        pointed = geometry.shape in ("vee", "tapered-ball") and geometry.tip_angle and not geometry.corner_radius
+        self.end = math.sin(math.radians(geometry.tip_angle) / 2.0) if pointed else 1.0  # n . d of a plunge
 
     def length(self, depth):
         """mm of edge, weighted as `edge`."""
@@ -139,11 +142,12 @@ class ToothLoad:
         lean = np.interp(deepest, self.profile.height, self.profile.lean)
         chip = level * lean * np.where(share < 0.5, 2.0 * np.sqrt(share * (1.0 - share)), 1.0)
         walls = 0.5 * level * self.profile.section(deepest) * np.interp(share, self._share, self._sums)
-        power_area = walls + end * np.maximum(fall, 1e-6) ** (self.exponent - 1.0)
+        face = self.profile.end * fall
+        power_area = walls + end * np.maximum(face, 1e-6) ** (self.exponent - 1.0)
         side = self.profile.length(deepest) * level**self.exponent * np.interp(share, self._share, self._sides)
         met = cuts & (area > LEAST_AREA)
         return Loads(
-            np.where(met, np.maximum(chip, np.where(end > 0.0, fall, 0.0)), 0.0),
+            np.where(met, np.maximum(chip, np.where(end > 0.0, face, 0.0)), 0.0),
             np.where(met, power_area, 0.0),
             np.where(met, side, 0.0),
             met & (distance > WINDOW_MM / 2),
