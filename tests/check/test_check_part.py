@@ -254,7 +254,7 @@ def test_a_model_with_too_many_triangles(monkeypatch, tmp_path):
         write_stl(tmp_path / "m.stl", triangles(XS, YS, POCKET, -10.0)), part_simulation.Placing()
     )
     with pytest.raises(CycleError, match="the part has [0-9]+ triangles, more than 20"):
-        order()
+        order(None, 0.25)
 
 
 def test_files_that_are_no_model(tmp_path):

@@ -5,24 +5,34 @@ needed -> Result.
 Called by run.py and setup/measure.py.
 """
 
+from __future__ import annotations
+
 import contextlib
 import copy
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 from chipwise.program import post_comments
-from chipwise.check.assume import Assumption, Unknown, assume, compare, halves, surveyed
+from chipwise.check.assume import Assumption, Named, Unknown, assume, compare, halves, surveyed
 from chipwise.check import extra_needles
 from chipwise.check import rules
 from chipwise.check.findings import MACHINE, Finding
 from chipwise.program.program_file import TOOL, UNCHECKED, Lacking, Missing, Unfinished, Unreadable
 from chipwise.program.reader import CPU_S, LENGTHS, Reader
 from chipwise.check.result import Result
-from chipwise.check.simulate import Simulation, TooCoarse
+from chipwise.check.simulate import Case, Simulation, TooCoarse
 from chipwise.errors import CycleError, unnamed
 from chipwise.settings import load_settings
 from chipwise.tool_data.geometry import load_tools
+
+if TYPE_CHECKING:
+    from chipwise.check.assume import Progress
+    from chipwise.check.clamps import Job
+    from chipwise.clib.arrays import Corners, Floats
+    from chipwise.program.reader import Machine
+    from chipwise.settings import Settings
 
 MOST_LACKING = 50  # tools and axes that a machine lacks
 
@@ -31,7 +41,7 @@ MOST_LACKING = 50  # tools and axes that a machine lacks
 class Checking:
     """How a program is checked."""
 
-    stock: tuple | None = None  # (low, high), mm in work coordinates
+    stock: Corners | None = None  # (low, high), mm in work coordinates
     cell: float | None = None  # mm, None: [CHIPWISE]CELL; smaller where a tool needs it
     cpu_s: float = CPU_S  # of computing time
     limits: dict = field(default_factory=dict)  # of its Reader, besides cpu_s
@@ -41,11 +51,15 @@ class Checking:
     completes: bool = (
         False  # whether it is judged on a machine that lacks its tools or rotary axes, which is a finding then
     )
-    simulated: Callable = Simulation  # makes the Simulation of its arguments
-    confirmed: Callable | None = None  # of program and settings: the setup/job.py Job of its set-up or None
+    simulated: Callable[[Case, float, dict[int, Floats]], Simulation] = Simulation  # makes it of its arguments
+    confirmed: Callable[[str, Settings], Job | None] | None = (
+        None  # of program and settings: the setup/job.py Job of its set-up or None
+    )
 
 
-def check(program, machine, stock=None, progress=None, **options):
+def check(
+    program: str, machine: Machine, stock: Corners | None = None, progress: Progress | None = None, **options: Any
+) -> Result:
     """Result of one program.
 
     machine: reader.Machine; progress: called with the number of the line that is being simulated; stock, options: the
@@ -71,24 +85,25 @@ def check(program, machine, stock=None, progress=None, **options):
         return Result(program, error=(unnamed(error.text()), 0), state=UNCHECKED)
 
 
-def completed(program, machine, error, how):
+def completed(program: str, machine: Machine, error: Lacking, how: Checking) -> tuple[Machine, list[Finding]]:
     """-> (a Machine with the tools and rotary axes for lack of which LinuxCNC refuses the program, [Finding] of each).
     error: the first Lacking."""
-    found = []
-    while error:
-        machine, is_tool = copy.copy(machine), error.kind == TOOL
+    found: list[Finding] = []
+    lacks: Lacking | None = error
+    while lacks:
+        machine, is_tool = copy.copy(machine), lacks.kind == TOOL
         if is_tool:
-            machine.added = (*machine.added, error.name)
+            machine.added = (*machine.added, lacks.name)
         else:
-            machine.axis_mask |= 1 << LENGTHS.index(error.name)
+            machine.axis_mask |= 1 << LENGTHS.index(lacks.name)
         found.append(
-            Finding(MACHINE, error.line, error.line, error.name if is_tool else 0, axis="" if is_tool else error.name)
+            Finding(MACHINE, lacks.line, lacks.line, lacks.name if is_tool else 0, axis="" if is_tool else lacks.name)
         )
-        error = _lacking(program, machine, how) if len(found) < MOST_LACKING else None
+        lacks = _lacking(program, machine, how) if len(found) < MOST_LACKING else None
     return machine, found
 
 
-def _lacking(program, machine, how):
+def _lacking(program: str, machine: Machine, how: Checking) -> Lacking | None:
     """The Lacking with which LinuxCNC refuses a program, or None."""
     try:
         with Reader(program, machine, cpu_s=how.cpu_s, judged=False, **how.limits) as reader:
@@ -104,15 +119,15 @@ def _lacking(program, machine, how):
 class _Check:
     """One program on one machine; how: a Checking."""
 
-    def __init__(self, program, machine, how, progress):
+    def __init__(self, program: str, machine: Machine, how: Checking, progress: Progress | None) -> None:
         self.program, self.machine = program, machine
         self.how, self.progress = how, progress
 
-    def result(self):
+    def result(self) -> Result:
         """The Result of check().  Raises Unreadable, CycleError."""
         program, machine = self.program, self.machine
         how = self.how
-        job = {"job": how.confirmed(program, load_settings(machine.ini))} if how.confirmed else {}
+        job = how.confirmed(program, load_settings(machine.ini)) if how.confirmed else None
         try:
             result = self._judged(how.stock, self.progress, None, job)
             if how.assumes:
@@ -127,40 +142,41 @@ class _Check:
                 program,
                 machine,
                 error.line,
-                bool(how.stock),
-                how.tool,
-                how.diameter,
+                Named(bool(how.stock), how.tool, how.diameter),
             )
-            stock = (assumption.low, assumption.high) if assumption.low else how.stock
+            stock = (assumption.low, assumption.high) if assumption.low and assumption.high else how.stock
             return self._judged(stock, second, assumption, job)
 
-    def _read(self, stock):
+    def _read(self, stock: Corners | None) -> Reader:
         return Reader(self.program, self.machine, stock, cpu_s=self.how.cpu_s, clamps=True, **self.how.limits)
 
-    def _judged(self, stock, progress, assumption, job):
-        """Result; with smaller cells, and with needles, where they are needed.  job: arguments of the Simulation
-        besides."""
+    def _judged(
+        self, stock: Corners | None, progress: Progress | None, assumption: Assumption | None, job: Job | None
+    ) -> Result:
+        """Result; with smaller cells, and with needles, where they are needed.  job: of the set-up, None: without
+        one."""
         settings = load_settings(self.machine.ini)
         tools = load_tools(settings.path("TOOL_GEOMETRY"))
-        wanted, needles = self.how.cell or settings["CELL"], {}
+        case = Case(self.program, self.machine, settings, tools, assumption, job)
+        wanted: float = self.how.cell or settings["CELL"]
+        needles: dict[int, Floats] = {}
         while True:
-            simulation = self.how.simulated(
-                self.program, self.machine, wanted, settings, tools, needles, assumption, **job
-            )
+            simulation = self.how.simulated(case, wanted, needles)
             try:
                 result = _run(simulation, self._read(stock), progress, self.how.cpu_s)
                 needles = extra_needles.needles(simulation.doubts, simulation.segments, result.cell)
                 if not needles:
                     break
             except TooCoarse as error:
-                wanted = rules.finer_cell(simulation.map, self.how.cell, *error.args)
+                wanted = rules.finer_cell(error.stock, self.how.cell, error.line, error.tool, error.diameter)
         look = simulation.second_look()
         if look:
-            look[1](_run(look[0], self._read(stock), None, self.how.cpu_s))
+            _run(look[0], self._read(stock), None, self.how.cpu_s)
+            look[1]()
         return result
 
 
-def _compare_comments(program, machine, result):
+def _compare_comments(program: str, machine: Machine, result: Result) -> None:
     """Note tools that the program's comments describe otherwise than the tool table."""
     used = {tool.number: tool.diameter for tool in result.tools.values() if tool.diameter > 0}
     with contextlib.suppress(OSError):
@@ -169,7 +185,7 @@ def _compare_comments(program, machine, result):
         result.notes += ([0, text] for text in found.notes)
 
 
-def _run(simulation, reader, progress, cpu_s):
+def _run(simulation: Simulation, reader: Reader, progress: Progress | None, cpu_s: float) -> Result:
     """Read and simulate to the end, in cpu_s of computing time of this process from now on: it may have worked
     before."""
     end = time.process_time() + cpu_s

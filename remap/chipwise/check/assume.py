@@ -12,8 +12,11 @@ across.  So it has no walls beyond the path: a stock that is larger in truth is 
 lead in.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Optional
+from typing import TYPE_CHECKING, Optional
 
 from chipwise.tool_data import table
 from chipwise.program import post_comments
@@ -22,6 +25,12 @@ from chipwise.program.program_file import Unreadable
 from chipwise.errors import format_length, format_place
 from chipwise.tool_data.geometry import ToolGeometry
 
+if TYPE_CHECKING:
+    from chipwise.check.survey import ToolPath
+    from chipwise.clib.arrays import Corners
+    from chipwise.program.reader import Machine, Reader
+
+Progress = Callable[[float], object]  # called with the number of a line, or with the share of all that is done
 COMMENT, PATH = "comment", "assumed"  # where a stock comes from
 TOOL, STOCK = "tool", "stock"  # what may be lacking
 SAME = 0.01  # diameters that differ less are the same
@@ -39,6 +48,16 @@ class AssumedTool:
     described: bool = True
 
 
+@dataclass(frozen=True)
+class Named:
+    """What the user names of a program.  stock: whether a stock; tool: number, diameter: mm, of the tool in the spindle
+    at the beginning, or None."""
+
+    stock: bool = False
+    tool: Optional[int] = None
+    diameter: Optional[float] = None
+
+
 @dataclass
 class Assumption:
     """Stock: low, high (mm, work coordinates of the first move; None: the program or the user has one) and source.
@@ -54,15 +73,15 @@ class Assumption:
     lacking: list = field(default_factory=list)
 
     @property
-    def guessed(self):
+    def guessed(self) -> bool:
         """Whether something of it is not what the user has named."""
         return self.low is not None or any(tool.geometry is not None for tool in self.tools.values())
 
-    def note(self, text):
+    def note(self, text: str) -> None:
         """A sentence for the user."""
         self.notes.append(text)
 
-    def lacks(self, fact, remedy, about):
+    def lacks(self, fact: str, remedy: str, about: str) -> None:
         """Something that cannot be assumed.  about: TOOL or STOCK."""
         self.lacking.append((fact, remedy, about))
 
@@ -71,12 +90,12 @@ class Unknown(Unreadable):
     """What is missing cannot be assumed.  about: TOOL, STOCK or both; fact: without the remedy; survey: what is known
     without it."""
 
-    def __init__(self, text, remedy, survey, line=0, about=()):
+    def __init__(self, text: str, remedy: str, survey: Survey, line: int = 0, about: tuple[str, ...] = ()) -> None:
         super().__init__(text, remedy, line)
         self.fact, self.survey, self.about = text, survey, tuple(dict.fromkeys(about))
 
 
-def surveyed(reader, machine, progress=None):
+def surveyed(reader: Reader, machine: Machine, progress: Progress | None = None) -> Survey:
     """Survey of a program that `reader` (program/reader.py) reads.  progress: called with the number of the line."""
     survey = Survey(machine)
     with reader:
@@ -88,29 +107,30 @@ def surveyed(reader, machine, progress=None):
     return survey
 
 
-def halves(progress):
+def halves(progress: Progress | None) -> tuple[Progress | None, Progress | None]:
     """Two functions of a line, for two readings of one program of which each is half the work; progress: of a line, or
     None."""
-    last = 0
+    if progress is None:
+        return None, None
+    told, last = progress, 0.0
 
-    def first(line):
+    def first(line: float) -> None:
         nonlocal last
         last = line
-        progress(line / 2)
+        told(line / 2)
 
-    return (first, lambda line: progress((last + line) / 2)) if progress else (None, None)
+    return first, lambda line: told((last + line) / 2)
 
 
-def assume(survey, program, machine, line=0, has_stock=False, tool=None, diameter=None):
+def assume(survey: Survey, program: str, machine: Machine, line: int = 0, named: Named = Named()) -> Assumption:
     """Assumption for a program; Unknown without a tool or a depth.
 
-    line: where it cuts without a tool or a stock; has_stock: whether the user has named a stock; tool: number,
-    diameter: mm, of the tool in the spindle at the beginning, or None.
+    line: where it cuts without a tool or a stock; named: by the user.
     """
     said = post_comments.read(program, machine.unit_mm)
     found = Assumption()
-    _Tools(said, machine, found).assume(survey, tool, diameter)
-    if not (survey.has_stock or has_stock):
+    _Tools(said, machine, found).assume(survey, named.tool, named.diameter)
+    if not (survey.has_stock or named.stock):
         _assume_stock(survey, said, found, machine.unit)
     if found.lacking:
         facts, remedies, about = zip(*found.lacking)
@@ -126,7 +146,7 @@ def assume(survey, program, machine, line=0, has_stock=False, tool=None, diamete
 class _Tools:
     """The tools of a program: what is assumed, said and lacking goes into `found`, an Assumption."""
 
-    def __init__(self, said, machine, found):
+    def __init__(self, said: post_comments.Said, machine: Machine, found: Assumption) -> None:
         self.said, self.found = said, found
         self.unit = machine.unit
         self.table = (
@@ -136,8 +156,8 @@ class _Tools:
         )
         self.added = machine.added
 
-    def assume(self, survey, tool, diameter):
-        """tool, diameter: as in assume()."""
+    def assume(self, survey: Survey, tool: int | None, diameter: float | None) -> None:
+        """tool, diameter: as in Named."""
         for number, path in survey.tools.items():
             if number == 0:
                 self._spindle(tool, diameter)
@@ -146,13 +166,13 @@ class _Tools:
             else:
                 self._without_diameter(number, diameter)
 
-    def _length(self, value):
+    def _length(self, value: float) -> str:
         return format_length(value, self.unit)
 
-    def _compare(self, number, had):
+    def _compare(self, number: int, had: float) -> None:
         compare(self.found, self.said, {number: had}, self.unit)
 
-    def _without_diameter(self, number, diameter):
+    def _without_diameter(self, number: int, diameter: float | None) -> None:
         comment = self.said.tools.get(number)
         if comment:
             self.found.tools[number] = AssumedTool(comment.diameter, _geometry(comment))
@@ -168,7 +188,7 @@ class _Tools:
         else:
             self._no_diameter(number)
 
-    def _no_diameter(self, number):
+    def _no_diameter(self, number: int) -> None:
         if number in self.added:
             self.found.lacks(
                 f"tool {number} is not in the tool table, and no comment has its diameter",
@@ -182,7 +202,7 @@ class _Tools:
                 TOOL,
             )
 
-    def _spindle(self, tool, diameter):
+    def _spindle(self, tool: int | None, diameter: float | None) -> None:
         """The tool of moves before any tool change."""
         tools = self.said.tools
         told = [tools[number] for number in self.said.calls if number in tools] or list(tools.values())
@@ -212,7 +232,7 @@ class _Tools:
                 TOOL,
             )
 
-    def _take(self, number, tool):
+    def _take(self, number: int, tool: AssumedTool) -> None:
         self.found.spindle, self.found.tools[number] = number, tool
         if number in self.table and not tool.described:
             self.found.note(
@@ -220,7 +240,7 @@ class _Tools:
             )
 
 
-def compare(found, said, diameters, unit):
+def compare(found: Assumption, said: post_comments.Said, diameters: dict[int, float], unit: str) -> None:
     """Note in an Assumption the tools that the comments describe otherwise.  said: post_comments.Said; diameters:
     {number: mm} of the tool table."""
     for number, had in diameters.items():
@@ -232,12 +252,12 @@ def compare(found, said, diameters, unit):
             )
 
 
-def _same(one, other):
+def _same(one: float | None, other: float) -> bool:
     """Whether two diameters (mm; None: not known) are those of one tool."""
     return one is not None and abs(one - other) <= SAME * other
 
 
-def _geometry(said):
+def _geometry(said: post_comments.SaidTool) -> ToolGeometry:
     """ToolGeometry of a tool in a comment."""
     if said.tip_angle:
         return ToolGeometry("tapered-ball" if said.corner_radius else "vee", said.corner_radius or None, said.tip_angle)
@@ -253,8 +273,8 @@ def _geometry(said):
 # ---- stock -----------------------------------------------------------------------------------------------------------
 
 
-def _assume_stock(survey, said, found, unit):
-    def diameter(number, path):
+def _assume_stock(survey: Survey, said: post_comments.Said, found: Assumption, unit: str) -> None:
+    def diameter(number: int, path: ToolPath) -> float:
         assumed = found.tools.get(
             number or found.spindle
         )  # None: of a tool that is lacking, whose depth is known all the same
@@ -270,9 +290,10 @@ def _assume_stock(survey, said, found, unit):
         return
     if found.lacking:
         return
-    low, high = [*box.low[:2], box.low[2]], [*box.high[:2], top]
+    low: Sequence[float] = [*box.low[:2], box.low[2]]
+    high: Sequence[float] = [*box.high[:2], top]
     found.source = PATH
-    if said.low and _meet(said.low, said.high, low, high):
+    if said.low and said.high and _meet(said.low, said.high, low, high):
         low, high, found.source = said.low, said.high, COMMENT
     elif said.size and _fits(said.size, low, high):
         low, high = _of_size(said.size, low, high)
@@ -289,7 +310,7 @@ def _assume_stock(survey, said, found, unit):
     found.note(f"the stock is assumed from {origin}: --stock {words}")
 
 
-def swept(survey, diameters):
+def swept(survey: Survey, diameters: dict[int, float]) -> tuple[Box, float]:
     """(Box in X, Y and Z of the stock, its top) by the path alone, mm.  diameters: {number of a tool: mm}."""
     at_zero = survey.lowest < -AROUND_MM and survey.is_above(AROUND_MM)
     box = Box()
@@ -302,18 +323,18 @@ def swept(survey, diameters):
     return box, 0.0 if at_zero else survey.top
 
 
-def _meet(low, high, other_low, other_high):
+def _meet(low: Sequence[float], high: Sequence[float], other_low: Sequence[float], other_high: Sequence[float]) -> bool:
     """Whether two boxes overlap, and the first reaches down to the middle of the other's depth at least."""
     across = all(a < d and c < b for a, b, c, d in zip(low[:2], high[:2], other_low[:2], other_high[:2]))
     return across and low[2] < (other_low[2] + other_high[2]) / 2 and high[2] > other_low[2]
 
 
-def _fits(size, low, high):
+def _fits(size: Sequence[float | None], low: Sequence[float], high: Sequence[float]) -> bool:
     """Whether a stock of that size can be what is cut: not less than half of it, either way."""
     return all(s is None or s > 0.5 * (b - a) for s, a, b in zip(size, low, high))
 
 
-def _of_size(size, low, high):
+def _of_size(size: Sequence[float | None], low: Sequence[float], high: Sequence[float]) -> Corners:
     """Corners of a stock of known size about what is cut from low to high: its zero is at a corner or in the middle,
     whichever has most of the path inside, or else it lies about the path."""
     corners = []

@@ -14,11 +14,18 @@ tpComputeBlendVelocity, blendComputeParameters).
 Departs from the source: arcs of a helix have no arc blends, those of the others are as short as between lines.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from chipwise.program import records
+
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Floats
+    from chipwise.check.path_part import PathPart
 
 PERIOD_S = 0.001  # servo period
 # share of the acceleration that a corner may take which is passed as if it were tangent: tp.c, ratio of tangents
@@ -49,7 +56,7 @@ class Moves:
     whole: np.ndarray
 
 
-def moves(part, speed, accel):
+def moves(part: PathPart, speed: Floats, accel: Floats) -> Moves:
     """Moves of the segments of a PathPart; speed, accel (n,): as asked for, along it."""
     kinds, direction = part.kinds, part.direction
     before = (direction[1:] * direction[:-1]).sum(axis=1)
@@ -59,7 +66,7 @@ def moves(part, speed, accel):
         bend & np.where(arc, part.first > 0, True)
     )
     at = np.flatnonzero(begins)
-    last = np.concatenate((at[1:], [len(kinds)])) - 1
+    last = np.append(at[1:], len(kinds)) - 1
     whole = np.cumsum(begins) - 1
     bends = np.flatnonzero(bend)
     later = np.append(bends, len(kinds))[np.searchsorted(bends, at, side="right")]
@@ -87,12 +94,12 @@ def moves(part, speed, accel):
     )
 
 
-def _unit(vectors):
+def _unit(vectors: Floats) -> Floats:
     size = np.linalg.norm(vectors, axis=1, keepdims=True)
     return vectors / np.maximum(size, LEAST)
 
 
-def joined(a, bounds, tolerance, override):
+def joined(a: Moves, bounds: Floats, tolerance: float, override: float) -> tuple[Floats, Floats, Floats]:
     """(speed at the end of each move but the last, mm/s; s that a parabola saves there; share of the acceleration of
     each move) of Moves.
 
@@ -118,11 +125,11 @@ def joined(a, bounds, tolerance, override):
     slowed = np.where(rounded | parabola | stop, 0.0, slowed)
     saved = np.where(parabola, this / (PARABOLIC * shares * a.accel)[:-1], 0.0)
     parts = np.minimum(np.where(parabola, PARABOLIC, 1.0), 1.0 - slowed)
-    around = np.minimum(np.concatenate((parts, [1.0])), np.concatenate(([1.0], parts)))
+    around = np.minimum(np.append(parts, 1.0), np.append(1.0, parts))
     return np.where(stop | parabola, 0.0, speed), saved, shares * around
 
 
-def _parabola(a, tolerance, shares):
+def _parabola(a: Moves, tolerance: float, shares: Floats) -> tuple[Floats, Floats]:
     """(speed of the move before where a parabola begins, mean speed along it), mm/s."""
     accel = PARABOLIC * shares * a.accel
     reach = np.maximum(np.minimum(a.speed, np.sqrt(accel * a.length / 2.0)), LEAST)
@@ -139,12 +146,12 @@ def _parabola(a, tolerance, shares):
     return this, half * (this + following) / 2.0
 
 
-def _arc_speed(a, cosine, tolerance, most):
+def _arc_speed(a: Moves, cosine: Floats, tolerance: float, most: Floats) -> Floats:
     """mm/s on the arc that blends two moves, 0 without such an arc."""
     half, side = np.sqrt((1.0 + cosine) / 2.0), np.sqrt(np.maximum((1.0 - cosine) / 2.0, LEAST**2))
     short = np.minimum(a.length[:-1], a.length[1:]) / 2.0
-    tolerance = np.where(tolerance > 0.0, tolerance, short / 2.0)
-    distance = np.minimum(short, side * tolerance / np.maximum(1.0 - half, LEAST))
+    room = np.where(tolerance > 0.0, tolerance, short / 2.0)
+    distance = np.minimum(short, side * room / np.maximum(1.0 - half, LEAST))
     speed = np.minimum(np.sqrt(CENTRIPETAL * np.minimum(a.accel[:-1], a.accel[1:]) * distance * half / side), most)
     helix = (a.kind == records.ARC) & (np.abs(a.start).min(axis=1) > FLAT) & (np.abs(a.inward).min(axis=1) < FLAT)
     return np.where(helix[1:] | helix[:-1], 0.0, speed)

@@ -7,6 +7,11 @@ The machine may stand anywhere before X, Y and Z are named: moves up to there ar
 first place at its end only, or, if it goes straight down, from above.
 """
 
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
 import numpy as np
 
 from chipwise.program import records
@@ -16,21 +21,51 @@ from chipwise.clamps import set_ups
 from chipwise.clamps.clamp import Clamp
 from chipwise.clamps.distance import bodies, near
 
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Floats
+    from chipwise.check.simulate import Simulation
+    from chipwise.settings import Settings
+    from chipwise.program.records import Frame
+
 SLACK_MM = 1e-6  # of the clearance
 NO_TOOL = Shape(0.0)  # of which only the axis is known
+
+
+class Job(Protocol):
+    """What a check uses of the set-up of a program (setup/job.py)."""
+
+    @property
+    def material(self) -> str: ...
+
+    def obstacles(self, path: str, frame: Frame) -> tuple[Clamp, ...]: ...
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A move that comes too near to a clamp.  part: of the tool; move: its record; place (3,): mm, where it is nearest;
+    distance: mm, there."""
+
+    clamp: Clamp
+    part: str
+    move: Floats
+    place: Floats
+    distance: float
 
 
 class Clamps:
     """Those in force, of a program under way."""
 
-    def __init__(self, settings, job=None):
+    def __init__(self, settings: Settings, job: Job | None = None) -> None:
         """job: setup/job.py's, None: without one."""
-        self._job, self._of_job = job, ()
+        self._job = job
+        self._of_job: tuple[Clamp, ...] = ()
         self._clearance, self._file = settings["CLAMP_CLEARANCE"], settings.path("CLAMPS")
-        self._clamps, self._open = [], {}
-        self._place, self._length, self._moves = None, np.zeros(3), 0
+        self._clamps: list[Clamp] = []
+        self._open: dict[tuple[Clamp, str, int], tuple[int, Finding]] = {}  # number of the last move, what it is in
+        self._place: Floats | None = None  # (3,), None before the first move
+        self._length, self._moves = np.zeros(3), 0
 
-    def take_event(self, kind, line, values):
+    def take_event(self, kind: int, line: int, values: list[float]) -> None:
         """A CLAMP or CLAMP_SET_UP record.  Raises CycleError for a set-up that the file does not have."""
         if kind == records.CLAMP_SET_UP:
             self._job = None  # M256 of the program wins
@@ -41,13 +76,13 @@ class Clamps:
             Clamp(int(shape), turn, tuple(corners[:3]), tuple(corners[3:]), f"the clamp of line {line}")
         )
 
-    def set_length(self, length):
+    def set_length(self, length: Floats) -> None:
         """Another tool length is in force: the machine stays, the tip is elsewhere.  length (3,)."""
         if self._place is not None:
             self._place = self._place + self._length - length
         self._length = length
 
-    def take(self, block, known, from_above, simulation):
+    def take(self, block: Floats, known: int, from_above: bool | None, simulation: Simulation) -> None:
         """Moves (n, WIDTH), of which those from `known` on are judged.  from_above: whether the first of these is
         judged straight down to its end, or at its end (False), None: from its start.  simulation: has tool, shape,
         frame, segments, and the findings of its result."""
@@ -68,11 +103,10 @@ class Clamps:
             for body in bodies(simulation.shape or NO_TOOL):
                 index, distance, share = near(clamp, body, starts[known:], ends[known:], self._clearance - SLACK_MM)
                 for k, far, s in zip((index + known).tolist(), distance.tolist(), share):
-                    self._find(
-                        clamp, body.name, block[k], starts[k] + s * (ends[k] - starts[k]), far, before + k, simulation
-                    )
+                    place = starts[k] + s * (ends[k] - starts[k])
+                    self._find(Contact(clamp, body.name, block[k], place, far), before + k, simulation)
 
-    def notes(self):
+    def notes(self) -> list[list[int | str]]:
         """[[line, text]] of the clamps of the set-up."""
         return (
             [[0, f"the clamps of its set-up count: {', '.join(clamp.name for clamp in self._of_job)}"]]
@@ -80,10 +114,12 @@ class Clamps:
             else []
         )
 
-    def _find(self, clamp, part, move, place, distance, number, simulation):
-        """One move; moves that follow one another are one finding."""
-        tool, line, rapid = simulation.tool, int(move[1]), int(move[0]) == records.RAPID
+    def _find(self, contact: Contact, number: int, simulation: Simulation) -> None:
+        """One move; number: of it, so that moves that follow one another are one finding."""
+        tool, clamp, place = simulation.tool, contact.clamp, contact.place
+        line, rapid = int(contact.move[1]), int(contact.move[0]) == records.RAPID
         flutes = tool and tool.geometry and tool.geometry.flute_length
+        part = contact.part
         if part == "tool" and flutes and place[2] + flutes <= clamp.bottom:
             part = "shank"
         finding = Finding(
@@ -92,7 +128,7 @@ class Clamps:
             line,
             tool.number if tool else 0,
             tuple(map(float, simulation.frame.to_work(place))),
-            distance,
+            contact.distance,
             self._clearance,
             1,
             simulation.segments,
@@ -101,14 +137,11 @@ class Clamps:
             clamp=clamp.name,
         )
         key = clamp, finding.subject, finding.tool
-        last, other = self._open.get(key, (-2, None))
+        last, other = self._open.get(key, (-2, finding))
         if number == last + 1:
-            other.line, other.last_line, other.segments = (
-                min(other.line, line),
-                max(other.last_line, line),
-                other.segments + 1,
-            )
-            if finding.value < other.value:
+            other.line, other.last_line = min(other.line, line), max(other.last_line, line)
+            other.segments += 1
+            if finding.is_worse(other):
                 other.value, other.position, other.machine = finding.value, finding.position, finding.machine
             finding = other
         else:

@@ -5,14 +5,20 @@ Called by simulate.py; page_stock.py draws it.  A stock of which M250 is said ag
 machine coordinates.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
-from typing import Optional
+from typing import TYPE_CHECKING, Optional
 
 import numpy as np
 
 from chipwise.program import records
 from chipwise.check.drawn_path import Path, Thinner
+
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Floats, Ints
+    from chipwise.clib.height_map import HeightMap
 
 PICTURE = 400  # cells of a picture along its longer side
 PATH_POINTS = 3000  # of a path: more are not seen at this size
@@ -36,18 +42,19 @@ class Drawing:
 class Draughtsman:
     """Draws one stock while it is cut."""
 
-    def __init__(self, stock, first):
-        self._stock, self._first, self._before, self._frame = stock, first, stock.picture(PICTURE), None
+    def __init__(self, stock: HeightMap, first: int) -> None:
+        self.stock, self._first, self._before = stock, first, stock.picture(PICTURE)
+        self.frame: records.Frame | None = None  # of the first move
         self._thinner = Thinner(PATH_POINTS)
 
-    def add(self, kinds, positions, lines, frame):
+    def add(self, kinds: Ints, positions: Floats, lines: Ints, frame: records.Frame) -> None:
         """Moves to these positions (n, 3)."""
-        self._frame = self._frame or frame
+        self.frame = self.frame or frame
         self._thinner.add(positions, kinds == records.RAPID, lines)
 
-    def drawing(self):
+    def drawing(self) -> Drawing:
         """-> Drawing."""
-        stock = self._stock
+        stock = self.stock
         step = max(1, math.ceil(max(stock.nx, stock.ny) / PICTURE))
         return Drawing(
             stock.cell * step,
@@ -56,5 +63,5 @@ class Draughtsman:
             stock.picture(PICTURE),
             self._thinner.path(),
             self._first,
-            self._frame,
+            self.frame,
         )

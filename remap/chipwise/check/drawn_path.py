@@ -11,9 +11,17 @@ than half of MOST_POINTS, as with thousands of holes: then what lies between two
 them is, feed or traverse.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Bools, Floats, Ints
+
+    Points = tuple[Floats, Bools, Ints, Ints]  # points (n, 3), rapid (n,), low (n,), high (n,): as in a Path
 
 STEP_MM = 0.1  # of a path of few points; a pixel of a part of 100 mm
 MOST_POINTS = 400_000  # 16 MB
@@ -38,14 +46,14 @@ class Path:
         return int(np.searchsorted(self.s, s, side="right"))
 
 
-def lengths(points):
+def lengths(points: Floats) -> Floats:
     """(n,) length of the path up to each point."""
     return np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(points.astype(float), axis=0), axis=1))))[
         : len(points)
     ]
 
 
-def thinned(points, rapid, low, high, step, mixed=False):
+def thinned(points: Floats, rapid: Bools, low: Ints, high: Ints, step: float, mixed: bool = False) -> Points:
     """The same four without points that are nearer than the step to others of the same kind, mixed: of either; the
     first and the last stay."""
     if len(points) < 3:
@@ -55,18 +63,19 @@ def thinned(points, rapid, low, high, step, mixed=False):
     keep = np.ones(len(points), bool)
     keep[1:-1] = (bucket[1:-1] != bucket[2:]) | (np.diff(s)[:-1] > step) | (not mixed) & (rapid[1:-1] != rapid[2:])
     kept = np.flatnonzero(keep)
-    first = np.concatenate(([0], kept[:-1] + 1))  # what a kept point has taken over
+    first = np.concatenate((np.zeros(1, int), kept[:-1] + 1))  # what a kept point has taken over
     return points[kept], rapid[kept], np.minimum.reduceat(low, first), np.maximum.reduceat(high, first)
 
 
 class Thinner:
     """Takes the points of a program as they come."""
 
-    def __init__(self, most=MOST_POINTS, step=STEP_MM):
+    def __init__(self, most: int = MOST_POINTS, step: float = STEP_MM) -> None:
         self._most, self._step = most, step
-        self._parts, self._count, self._mixed = [], 0, False
+        self._parts: list[Points] = []
+        self._count, self._mixed = 0, False
 
-    def add(self, points, rapid, lines):
+    def add(self, points: Floats, rapid: Bools, lines: Floats | Ints) -> None:
         """points (n, 3); rapid (n,) bool; lines (n,)."""
         for first in range(0, len(points), CHUNK):
             part = slice(first, first + CHUNK)
@@ -79,17 +88,21 @@ class Thinner:
             if self._count > self._most:
                 self._thin()
 
-    def _thin(self):
-        joined = tuple(map(np.concatenate, zip(*self._parts)))
+    def _joined(self) -> Points:
+        points, rapid, low, high = zip(*self._parts)
+        return np.concatenate(points), np.concatenate(rapid), np.concatenate(low), np.concatenate(high)
+
+    def _thin(self) -> None:
+        joined = self._joined()
         self._mixed = self._mixed or np.count_nonzero(np.diff(joined[1])) > self._most / 2
         while len(joined[0]) > 0.75 * self._most:
             self._step *= 2
             joined = thinned(*joined, self._step, self._mixed)
         self._parts, self._count = [joined], len(joined[0])
 
-    def path(self):
+    def path(self) -> Path | None:
         """The Path of all that was added, None of less than two points."""
         if self._count < 2:
             return None
-        points, rapid, low, high = map(np.concatenate, zip(*self._parts))
+        points, rapid, low, high = self._joined()
         return Path(points, rapid, low, high, self._step, lengths(points))

@@ -6,9 +6,15 @@ Called by simulate.py.  On a slope the tip is lower at the contact than at that 
 one judged.  Lengths mm, machine coordinates of the tool's tip.
 """
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Bools, Floats, Ints
 
 SPACING_MM = 0.01  # of the needles: at 80 degrees a contact is judged at most 0.03 mm too low with them
 MOST = 200_000  # needles
@@ -17,7 +23,7 @@ ACROSS = 1500  # needles across a tool: a grid of some million places is looked 
 _STEP_X, _STEP_Y = math.sqrt(2.0) - 1.0, (math.sqrt(5.0) - 1.0) / 2.0  # no wall runs along a row of needles
 
 
-def doubtful(start, end, cuts, depth, limit):
+def doubtful(start: Floats, end: Floats, cuts: Bools, depth: Floats, limit: float) -> Floats:
     """Segments up that are within the limit as judged, and would not be where they or the one before began.
 
     start, end (n, 3): of segments one after the other; cuts (n,) bool: feeds that meet stock; depth (n,): judged.
@@ -30,29 +36,29 @@ def doubtful(start, end, cuts, depth, limit):
     return np.column_stack((before[found, :2], end[found, :2], most[found]))
 
 
-def places(segments, radius, spacing):
+def places(segments: Floats, radius: float, spacing: float) -> Floats:
     """(n, 2) of a grid: what the tool's side comes over in segments (k, 5) of doubtful(), and not where they begin."""
     found = [_crescent(np.array(row[:2]), np.array(row[2:4]), radius, spacing) for row in segments]
     index = np.unique(np.concatenate(found), axis=0) if found else np.zeros((0, 2), int)
     return _position(index, spacing)
 
 
-def _position(index, spacing):
+def _position(index: Ints, spacing: float) -> Floats:
     return (index + np.column_stack((index[:, 1] * _STEP_X % 1.0, index[:, 0] * _STEP_Y % 1.0))) * spacing
 
 
-def _crescent(start, end, radius, spacing):
+def _crescent(start: Floats, end: Floats, radius: float, spacing: float) -> Ints:
     """(n, 2) int: of the grid, within the radius of start .. end, and not of start."""
     low = np.floor((np.minimum(start, end) - radius) / spacing).astype(int) - 1
     high = np.ceil((np.maximum(start, end) + radius) / spacing).astype(int) + 1
     index = np.stack(np.meshgrid(*(np.arange(a, b) for a, b in zip(low, high)), indexing="ij"), axis=-1).reshape(-1, 2)
     offset, step = _position(index, spacing) - start, end - start
-    share = np.clip(offset @ step / max(step @ step, 1e-12), 0.0, 1.0)
+    share = np.clip(offset @ step / max(float(step @ step), 1e-12), 0.0, 1.0)
     near = np.hypot(*(offset - share[:, None] * step).T) <= radius
     return index[near & (offset @ step >= 0.0) & (np.hypot(*offset.T) >= radius - 2 * spacing)]
 
 
-def spacing_of(doubts, segments, cell):
+def spacing_of(doubts: list[tuple[float, Floats]], segments: int, cell: float) -> float | None:
     """mm between needles for [(radius, rows)] in a program of so many segments; None where cells are as fine."""
     if not doubts:
         return None
@@ -68,7 +74,7 @@ def spacing_of(doubts, segments, cell):
     return spacing if spacing < cell / 2 else None
 
 
-def needles(doubts, segments, cell):
+def needles(doubts: dict[int, list[tuple[float, Floats]]], segments: int, cell: float) -> dict[int, Floats]:
     """{number of the stock: places (n, 2)} for {number: [(radius, rows of doubtful())]}; empty if they would not
     help."""
     spacing = spacing_of([one for found in doubts.values() for one in found], segments, cell)

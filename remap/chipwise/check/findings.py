@@ -5,8 +5,11 @@ Called by answer.py, simulate.py, travel.py, result.py and page.py.  One Finding
 rule one after the other; its position and value are those of the worst of them.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Optional
+from typing import Any, Optional
 
 from chipwise.errors import format_length, printable
 from chipwise.rates import MM3_PER_CM3
@@ -15,6 +18,7 @@ FLUTE, RAPID, HOLDER, RATE, TOOL, FLUTES_UNKNOWN = "flute", "rapid", "holder", "
 CLEARANCE, GOUGE, MACHINE, LIMIT, CLAMP = "clearance", "gouge", "machine", "limit", "clamp"
 CHIP, POWER, BENDING = "chip", "power", "bending"
 OF_LOAD, OF_MACHINE = (RATE, CHIP, POWER, BENDING), (MACHINE, LIMIT, TOOL)
+NEAR = (CLEARANCE, CLAMP)  # rules of which the smallest value is the worst
 OF_STOCK = (FLUTE, RAPID, HOLDER, RATE, CHIP, POWER, BENDING, CLEARANCE, GOUGE)  # rules that a stock decides
 
 RULES = {
@@ -38,6 +42,13 @@ MAX_KEPT = 1000  # findings of a program; more are only counted
 ALIKE = 3  # findings of one rule and tool, from which on they are one line
 
 
+def known(value: float | None) -> float:
+    """A value or a limit that every finding of the rule has.  Raises ValueError for one without it."""
+    if value is None:
+        raise ValueError("a finding of this rule has a value and a limit")
+    return value
+
+
 @dataclass
 class Finding:
     """rule; first and last line; tool; position: (x, y, z) mm in work coordinates; value, limit: mm, mm3/min or
@@ -57,7 +68,12 @@ class Finding:
     subject: str = ""  # of CLAMP: what moves
     clamp: str = ""  # of CLAMP: its name
 
-    def json(self):
+    def is_worse(self, other: Finding) -> bool:
+        """Whether it is than another one of the same rule."""
+        value, had = known(self.value), known(other.value)
+        return value < had if self.rule in NEAR else value > had
+
+    def json(self) -> dict[str, Any]:
         """As in --json."""
         x, y, z = self.position or (None, None, None)
         return {
@@ -73,7 +89,7 @@ class Finding:
             "text": self.text(),
         }
 
-    def text(self, unit="mm"):
+    def text(self, unit: str = "mm") -> str:
         """One line for the operator."""
         lines = f"line {self.line}" + (f" to {self.last_line}" if self.last_line > self.line else "")
         where = (
@@ -87,11 +103,11 @@ class Finding:
         )  # 0: of the tool that is there before the program
         return printable(where + self.said(unit))
 
-    def said(self, unit="mm"):
+    def said(self, unit: str = "mm") -> str:
         """The same without line and tool."""
 
-        def length(v):
-            return format_length(round(v, 3), unit)
+        def length(v: float | None) -> str:
+            return format_length(round(known(v), 3), unit)
 
         at = " at X{} Y{} Z{}".format(*(length(v).split()[0] for v in self.position)) if self.position else ""
         if self.rule == FLUTE:
@@ -112,7 +128,7 @@ class Finding:
         elif self.rule == HOLDER:
             said = (
                 f"the holder meets {length(self.value)} of stock{at}, the tool sticks out {length(self.limit)}; "
-                f"let it stick out {length(self.limit + self.value)}"
+                f"let it stick out {length(known(self.limit) + known(self.value))}"
             )
         elif self.rule in OF_LOAD:
             said = self._said_of_load(length, at)
@@ -124,12 +140,12 @@ class Finding:
             said = "its flute_length is unknown, so its depth is not checked; add it to [CHIPWISE]TOOL_GEOMETRY"
         return printable(said)
 
-    def _said_of_load(self, length, at):
+    def _said_of_load(self, length: Callable[[float | None], str], at: str) -> str:
         """said() of OF_LOAD."""
         if self.rule == RATE:
             said = (
-                f"removes {self.value / MM3_PER_CM3:.4g} cm3/min{at}, the tool's max_rate is "
-                f"{self.limit / MM3_PER_CM3:.4g}; "
+                f"removes {known(self.value) / MM3_PER_CM3:.4g} cm3/min{at}, the tool's max_rate is "
+                f"{known(self.limit) / MM3_PER_CM3:.4g}; "
                 "lower F, or use M251"
             )
         elif self.rule == CHIP:
@@ -149,7 +165,7 @@ class Finding:
             )
         return said
 
-    def _said_of_machine(self, length):
+    def _said_of_machine(self, length: Callable[[float | None], str]) -> str:
         """said() of OF_MACHINE."""
         if self.rule == MACHINE and self.axis:
             said = (
@@ -173,9 +189,9 @@ class Finding:
             )
         return said
 
-    def _said_of_clamp(self, length, at):
+    def _said_of_clamp(self, length: Callable[[float | None], str], at: str) -> str:
         """said() of CLAMP."""
-        if self.value > 0.0:
+        if known(self.value) > 0.0:
             return (
                 f"{self.subject} comes within {length(self.value)} of {self.clamp}{at}, CLAMP_CLEARANCE is "
                 f"{length(self.limit)}; go over it, or round it"
@@ -183,27 +199,26 @@ class Finding:
         return f"{self.subject} meets {self.clamp}{at}; go over it, or round it"
 
 
-class Group(tuple):
+class Group(tuple[Finding, ...]):
     """Findings of one cause: one rule, one tool."""
 
     @property
-    def lines(self):
+    def lines(self) -> tuple[int, int]:
         """First and last line."""
         return min(one.line for one in self), max(one.last_line for one in self)
 
     @property
-    def worst(self):
+    def worst(self) -> Finding:
         """The Finding whose value is the worst."""
-        near = self[0].rule in (CLEARANCE, CLAMP)
-        return (min if near else max)(self, key=lambda one: one.value or 0.0)
+        return (min if self[0].rule in NEAR else max)(self, key=lambda one: one.value or 0.0)
 
-    def said(self, unit="mm"):
+    def said(self, unit: str = "mm") -> str:
         """What is found, without lines and tool."""
         if len(self) == 1:
             return self[0].said(unit)
         return f"{len(self)} findings, the worst in line {self.worst.line}: {self.worst.said(unit)}"
 
-    def text(self, unit="mm"):
+    def text(self, unit: str = "mm") -> str:
         """One line for the operator."""
         if len(self) == 1:
             return self[0].text(unit)
@@ -211,9 +226,9 @@ class Group(tuple):
         return printable(f"lines {first} to {last}, tool {self[0].tool}: {self.said(unit)}")
 
 
-def grouped(findings):
+def grouped(findings: list[Finding]) -> list[Group]:
     """[Group] of Findings by rule and tool, in the order of the first of each; fewer than ALIKE stay alone."""
-    found = {}
+    found: dict[tuple[str, int, str, str], list[Finding]] = {}
     for one in findings:
         found.setdefault((one.rule, one.tool, one.axis, one.clamp), []).append(one)
     groups = [
@@ -222,9 +237,9 @@ def grouped(findings):
     return sorted(groups, key=lambda group: findings.index(group[0]))
 
 
-def grouped_notes(notes):
+def grouped_notes(notes: Iterable[Sequence[Any]]) -> list[str]:
     """[[line, text], ..] -> texts with their lines, each text once."""
-    found = {}
+    found: dict[str, list[int]] = {}
     for line, text in notes:
         found.setdefault(text, []).append(line)
     return [
@@ -248,14 +263,14 @@ class Findings:
     dropped: int = 0
     _open: dict = field(default_factory=dict)  # by rule: the finding that may continue
 
-    def add(self, finding):
+    def add(self, finding: Finding) -> None:
         """A finding of its own."""
         if len(self.kept) < MAX_KEPT:
             self.kept.append(finding)
         else:
             self.dropped += 1
 
-    def extend(self, finding, goes_on):
+    def extend(self, finding: Finding, goes_on: bool) -> None:
         """One of a chain of segments; goes_on: the chain before, which broke the same rule, continues.  Of traverses
         that are too near to stock, those of a tool are one."""
         before = self._open.get(finding.rule)
@@ -266,9 +281,9 @@ class Findings:
         before.segments += finding.segments
         before.last_line = max(before.last_line, finding.last_line)
         before.line = min(before.line, finding.line)
-        if finding.value < before.value if finding.rule == CLEARANCE else finding.value > before.value:
+        if finding.is_worse(before):
             before.value, before.position, before.machine = finding.value, finding.position, finding.machine
 
     @property
-    def count(self):
+    def count(self) -> int:
         return len(self.kept) + self.dropped

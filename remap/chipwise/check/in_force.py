@@ -3,13 +3,18 @@
 program: panel/look_ahead_process.py, panel/set_up.py, monitor/shadow_process.py, setup/job_process.py and
 setup/time_process.py; resume/running.py takes the work offsets alone."""
 
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
 from chipwise.program.reader import Machine
 from chipwise.host.temp_folder import put
 
 G92, SYSTEM, OFFSETS, TURN, EACH = 5210, 5220, 5221, 9, 20  # parameters of LinuxCNC, numbers of LinuxCNC's manual
 
 
-def parameters(text, scene):
+def parameters(text: str, scene: Mapping[str, Any]) -> str:
     """The text of a parameter file with the work offsets that are in force, machine units."""
     values = {}
     for row in text.splitlines():
@@ -28,7 +33,7 @@ def parameters(text, scene):
     return "".join(f"{number} {value}\n" for number, value in sorted(values.items()))
 
 
-def machine_in_force(ini, scene, folder):
+def machine_in_force(ini: str, scene: Mapping[str, Any], folder: str) -> Machine:
     """The check.reader.Machine of an INI file; scene: loaded.scene()."""
     machine = with_offsets(Machine(ini), scene, folder)
     machine.tool, machine.block_delete = scene["tool"], scene["block_delete"]
@@ -36,7 +41,7 @@ def machine_in_force(ini, scene, folder):
     return machine
 
 
-def with_offsets(machine, scene, folder):
+def with_offsets(machine: Machine, scene: Mapping[str, Any], folder: str) -> Machine:
     """A check.reader.Machine with the work offsets that are in force; else it begins as the INI file says."""
     try:
         with open(machine.parameters, encoding="utf-8", errors="replace") as file:

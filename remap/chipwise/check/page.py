@@ -6,17 +6,25 @@ WebGL the stock can be turned and zoomed besides (page.js, page.css beside this 
 height_view.js, put into the page).
 """
 
+from __future__ import annotations
+
 import html
 import json
 import math
 import os
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from chipwise.check.findings import grouped
+from chipwise.check.findings import Group, grouped
 from chipwise.check.page_stock import stock_data
 from chipwise.errors import format_length, printable
 from chipwise.rates import MM3_PER_CM3
+
+if TYPE_CHECKING:
+    from chipwise.check.result import Result
+    from chipwise.clib.arrays import Floats
 
 PICTURES = 40  # programs with a picture of the stock, so that the page stays small
 WIDE, HIGH, LEFT, BOTTOM = 900, 200, 70, 45  # px, of a chart
@@ -24,18 +32,21 @@ FOLDER = os.path.dirname(os.path.abspath(__file__))
 VIEW = [os.path.join(os.pardir, "drawing", name) for name in ("height_shaders.js", "height_view.js")]
 
 
-def page(results):
+def page(results: Sequence[Result]) -> str:
     """HTML text."""
-    shown = [number for number, r in enumerate(results) if r.drawing is not None][:PICTURES]
+    shown = [(number, r.drawing) for number, r in enumerate(results) if r.drawing is not None][:PICTURES]
     groups = [grouped(r.findings.kept) for r in results]
     stocks = {
         number: stock_data(
-            results[number], number, {id(one): row for row, group in enumerate(groups[number]) for one in group}
+            results[number],
+            drawing,
+            number,
+            {id(one): row for row, group in enumerate(groups[number]) for one in group},
         )
-        for number in shown
+        for number, drawing in shown
     }
     body = "".join(section(number, r, stocks.get(number), groups[number]) for number, r in enumerate(results))
-    data = json.dumps([stocks[number]["js"] for number in shown])
+    data = json.dumps([stocks[number]["js"] for number, _drawing in shown])
     title = "chipwise check: " + ("1 program" if len(results) == 1 else f"{len(results)} programs")
     return (
         f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"><title>{title}</title>\n'
@@ -48,20 +59,20 @@ def page(results):
     )
 
 
-def _part(name):
+def _part(name: str) -> str:
     with open(os.path.join(FOLDER, name), encoding="utf-8") as file:
         return file.read()
 
 
-def text(value):
+def text(value: object) -> str:
     """Text for HTML."""
     return html.escape(printable(str(value)))
 
 
-def contents(results):
+def contents(results: Sequence[Result]) -> str:
     """One line a program."""
 
-    def verdict(r):
+    def verdict(r: Result) -> tuple[str, str]:
         if r.error:
             return "bad", "cannot be checked"
         count = r.findings.count
@@ -74,7 +85,7 @@ def contents(results):
     return f"<ul>{rows}</ul>\n" if len(results) > 1 else ""
 
 
-def minutes(seconds):
+def minutes(seconds: float) -> str:
     """ "0:12.4", "75:02", of minutes and seconds."""
     tenths = round(seconds * 10)
     if tenths < 6000:
@@ -83,7 +94,7 @@ def minutes(seconds):
     return f"{whole // 60}:{whole % 60:02}"
 
 
-def section(number, result, stock, groups):
+def section(number: int, result: Result, stock: dict[str, Any] | None, groups: list[Group]) -> str:
     """One program."""
     head = f'<section id="p{number}"><h2>{text(result.program)}</h2>\n'
     if result.error:
@@ -107,10 +118,10 @@ def section(number, result, stock, groups):
     )
 
 
-def table(heads, rows, prefix=""):
+def table(heads: Iterable[object], rows: Iterable[Iterable[object]], prefix: str = "") -> str:
     """Rows of texts -> HTML; prefix: of the ids of the rows, "" for none."""
 
-    def row(tag, cells, name=""):
+    def row(tag: str, cells: Iterable[object], name: str = "") -> str:
         return f"<tr{name}>" + "".join(f"<{tag}>{text(c)}</{tag}>" for c in cells) + "</tr>\n"
 
     return (
@@ -121,7 +132,7 @@ def table(heads, rows, prefix=""):
     )
 
 
-def surveyed(result):
+def surveyed(result: Result) -> str:
     """What is known of a program that is not judged."""
     if not result.tools:
         return ""
@@ -143,10 +154,10 @@ def surveyed(result):
     return said + table(("tool", "diameter", "time with acceleration, min"), rows)
 
 
-def tools_table(result):
+def tools_table(result: Result) -> str:
     """Figures of each tool."""
 
-    def length(v):
+    def length(v: float | None) -> str:
         return "not known" if v is None else format_length(round(v, 3), result.unit).split()[0]
 
     rows = []
@@ -188,7 +199,7 @@ def tools_table(result):
     )
 
 
-def findings_table(result, number, groups):
+def findings_table(result: Result, number: int, groups: list[Group]) -> str:
     """All findings that were kept, those of one cause in one row."""
     found = result.findings
     if not found.count:
@@ -224,17 +235,16 @@ def findings_table(result, number, groups):
 # ---- load over time ------------------------------------------------------------------------------------------------
 
 
-def round_above(value):
+def round_above(value: float) -> float:
     """A number with one or two digits that is not below the value, for the top of an axis; its half is round, too."""
     power = 10.0 ** math.floor(math.log10(max(value, 1e-9)))
     return next(digits * power for digits in (1, 1.2, 1.6, 2, 2.4, 3, 4, 5, 6, 8, 10) if digits * power >= value)
 
 
-def load_chart(result):
+def load_chart(result: Result) -> str:
     """SVG of the removal rate over time, at F and with M251."""
-    curves = [("at F", "#888", result.load)] + (
-        [("with M251", "#06c", result.load_volumetric)] if result.load_volumetric else []
-    )
+    both = ("at F", "#888", result.load), ("with M251", "#06c", result.load_volumetric)
+    curves = [(name, colour, load) for name, colour, load in both if load]
     end = max(width * len(rates) for _, _, (width, rates) in curves)
     top = round_above(max(float(rates.max()) for _, _, (_, rates) in curves))
     lines = "".join(curve(colour, width, rates, end, top) for _, colour, (width, rates) in curves)
@@ -265,7 +275,7 @@ def load_chart(result):
     )
 
 
-def curve(colour, width, rates, end, top):
+def curve(colour: str, width: float, rates: Floats, end: float, top: float) -> str:
     """Steps of one load."""
     x = LEFT + np.repeat(np.arange(len(rates) + 1) * width * WIDE / end, 2)[1:-1]
     y = HIGH - np.repeat(np.asarray(rates, float), 2) * (HIGH - 20) / top

@@ -6,16 +6,24 @@ Called by page.py.  Axes are those of the work coordinates of the first move; if
 A finding is a mark where its worst contact is, with its line.
 """
 
+from __future__ import annotations
+
 import base64
 import html
 import math
 import struct
 import zlib
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from chipwise.check.findings import LIMIT
 from chipwise.errors import MM_PER_INCH, printable
+
+if TYPE_CHECKING:
+    from chipwise.check.drawing import Drawing
+    from chipwise.check.result import Result
+    from chipwise.clib.arrays import Floats, Ints
 
 CELLS = 256  # of a picture of the stock along its longer side
 SIDE, LEFT, TOP, UNDER = 440, 58, 12, 40  # px, of a picture and of what is around it
@@ -23,7 +31,7 @@ MARKS = 200  # findings that are marked
 TICKS = 6  # of an axis, about
 
 
-def coarser(heights, step):
+def coarser(heights: Floats, step: int) -> Floats:
     """The highest of each field of step by step."""
     if step == 1:
         return heights
@@ -33,39 +41,51 @@ def coarser(heights, step):
     )
 
 
-def marks(result, rows):
-    """[(x, y, z mm from the corner of the pictures, label, text, row)] of the findings on this stock.  rows: {id of a
-    finding: number of its row}."""
-    drawing = result.drawing
+class Mark(NamedTuple):
+    """A finding on a stock.  x, y, z: mm from the corner of the pictures; row: of the table of findings."""
+
+    x: float
+    y: float
+    z: float
+    label: str
+    text: str
+    row: int
+
+
+def marks(result: Result, drawing: Drawing, rows: dict[int, int]) -> list[Mark]:
+    """Those of the findings on this stock.  rows: {id of a finding: number of its row}."""
     found = [
-        one for one in result.findings.kept if one.machine is not None and one.at >= drawing.first and one.rule != LIMIT
+        (one, one.machine)
+        for one in result.findings.kept
+        if one.machine is not None and one.at >= drawing.first and one.rule != LIMIT
     ][:MARKS]
     return [
-        (
-            *(a - b for a, b in zip(one.machine, drawing.low)),
+        Mark(
+            place[0] - drawing.low[0],
+            place[1] - drawing.low[1],
+            place[2] - drawing.low[2],
             f"{one.line}" if one.line else f"T{one.tool}" if one.tool else one.rule,
             printable(one.text(result.unit)),
             rows.get(id(one), 0),
         )
-        for one in found
+        for one, place in found
     ]
 
 
-def stock_data(result, number, rows):
+def stock_data(result: Result, drawing: Drawing, number: int, rows: dict[int, int]) -> dict[str, Any]:
     """{"js": what page.js draws, "html": flat pictures and the place of the viewer}."""
-    drawing = result.drawing
     step = -(-max(drawing.before.shape) // CELLS)
     before, after = coarser(drawing.before, step), coarser(drawing.after, step)
     cell, bottom = drawing.cell * step, drawing.low[2]
     high = max(float(before.max()), float(after.max()), bottom + 1e-6)
-    view, found = View(result, cell, before.shape), marks(result, rows)
+    view, found = View(result.unit, drawing, cell, before.shape), marks(result, drawing, rows)
     path = np.zeros((0, 4), np.float32)
     if drawing.path is not None:
         path = np.column_stack([drawing.path.points - np.array(drawing.low, np.float32), drawing.path.rapid]).astype(
             "<f4"
         )
 
-    def packed(heights):
+    def packed(heights: Floats) -> str:
         return base64.b64encode(np.round((heights - bottom) / (high - bottom) * 65535).astype("<u2").tobytes()).decode()
 
     drawn = view.svg("stock after, from above", flat_picture(after, cell), view.path(path) + view.marks(found, number))
@@ -94,25 +114,25 @@ def stock_data(result, number, rows):
 class View:
     """The picture from above: mm from its corner -> px."""
 
-    def __init__(self, result, cell, shape):
+    def __init__(self, unit: str, drawing: Drawing, cell: float, shape: tuple[int, ...]) -> None:
         rows, columns = shape
         self.wide, self.deep = columns * cell, rows * cell
         self.k = SIDE / max(self.wide, self.deep)
-        self.unit, self.per = ("in", MM_PER_INCH) if result.unit != "mm" else ("mm", 1.0)
-        frame, low = result.drawing.frame, result.drawing.low
+        self.unit, self.per = ("in", MM_PER_INCH) if unit != "mm" else ("mm", 1.0)
+        frame, low = drawing.frame, drawing.low
         self.is_work = frame is not None and not frame.turn
-        self.corner = frame.to_work(low) if self.is_work else low
+        self.corner = frame.to_work(low) if frame is not None and self.is_work else low
 
-    def at(self, x, y):
+    def at(self, x: float, y: float) -> tuple[float, float]:
         return LEFT + x * self.k, TOP + (self.deep - y) * self.k
 
-    def said(self):
+    def said(self) -> str:
         """Whose coordinates the axes have."""
         if self.is_work:
             return f"Axes in {self.unit}, in the work coordinates of the first move."
         return f"Axes in {self.unit}, in machine coordinates: the work coordinates are turned."
 
-    def svg(self, name, png, over=""):
+    def svg(self, name: str, png: str, over: str = "") -> str:
         """One picture; over: what is drawn on it."""
         width, height = self.wide * self.k, self.deep * self.k
         return (
@@ -123,7 +143,7 @@ class View:
             f"{self.axes()}{over}</svg>"
         )
 
-    def axes(self):
+    def axes(self) -> str:
         """Ticks with numbers along X and Y."""
         parts = []
         x0, y0 = LEFT, TOP + self.deep * self.k
@@ -149,12 +169,14 @@ class View:
         )
         return '<g class="axes">' + "".join(parts) + "</g>"
 
-    def path(self, path):
+    def path(self, path: Floats) -> str:
         """Feeds as lines, traverses dashed; path: (n, 4), the last whether the segment that ends there is a
         traverse."""
         found = []
         rapid = path[:, 3] > 0.5
-        starts = np.flatnonzero(np.diff(rapid[1:].astype(int), prepend=-1)) + 1 if len(path) > 1 else []
+        starts: list[int] = []
+        if len(path) > 1:
+            starts = (np.flatnonzero(np.diff(rapid[1:].astype(int), prepend=-1)) + 1).tolist()
         for first, end in zip(starts, [*starts[1:], len(path)]):
             points = " ".join("{:.1f},{:.1f}".format(*self.at(x, y)) for x, y in path[first - 1 : end, :2].tolist())
             found.append(f'<polyline class="{"rapid" if rapid[first] else "feed"}" points="{points}"/>')
@@ -162,7 +184,7 @@ class View:
         x, y, width, height = box.split()
         return f'<svg x="{x}" y="{y}" width="{width}" height="{height}" viewBox="{box}">{"".join(found)}</svg>'
 
-    def marks(self, found, number):
+    def marks(self, found: list[Mark], number: int) -> str:
         """A circle with the line of each finding; it leads to its row."""
         parts = []
         for x, y, _z, label, text, row in found:
@@ -175,7 +197,7 @@ class View:
         return "".join(parts)
 
 
-def ticks(low, high):
+def ticks(low: float, high: float) -> list[float]:
     """Round numbers from low to high, about TICKS of them."""
     rough = max(high - low, 1e-6) / TICKS
     power = 10.0 ** math.floor(math.log10(rough))
@@ -183,7 +205,7 @@ def ticks(low, high):
     return [round(k * step, 9) + 0.0 for k in range(math.ceil(low / step - 1e-6), math.floor(high / step + 1e-6) + 1)]
 
 
-def flat_picture(heights, cell):
+def flat_picture(heights: Floats, cell: float) -> str:
     """Base64 of a PNG of a height map from above, Y upwards: lit from the upper left, darker where deeper."""
     z = heights[::-1].astype(float)
     padded = np.pad(z, 1, mode="edge")
@@ -198,10 +220,10 @@ def flat_picture(heights, cell):
     ).decode()
 
 
-def png(grey):
+def png(grey: Ints) -> bytes:
     """(rows, columns) uint8 -> PNG."""
 
-    def chunk(kind, data):
+    def chunk(kind: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
     rows, columns = grey.shape

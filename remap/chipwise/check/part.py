@@ -18,8 +18,10 @@ Called by part_simulation.py when the program has been cut.  mm, machine coordin
     than the place does, so one needle of a square decides whether the others are tried.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
-from typing import Optional
+from typing import TYPE_CHECKING, Optional
 
 import numpy as np
 
@@ -27,6 +29,11 @@ from chipwise.errors import CycleError
 from chipwise.clib import layout
 from chipwise.clib.drop_cutter import NOTHING, Mesh
 from chipwise.surface.model import Model
+
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Floats, Ints
+    from chipwise.clib.height_map import HeightMap
+    from chipwise.program.records import Frame
 
 NEEDLE = layout.DropTool(1e-4, 0.0, 0.0)  # as good as a point
 STEEP = 0.01  # of a normal: what is steeper is a wall
@@ -55,7 +62,7 @@ class Comparison:
     beyond: float = 0.0
 
 
-def compared(stock, model, frame, tolerance):
+def compared(stock: HeightMap, model: Model, frame: Frame, tolerance: float) -> Comparison:
     """-> Comparison of a HeightMap that has been cut with a surface.model.Model in work coordinates of the Frame."""
     part = _model(frame.to_machine((model.triangles.reshape(-1, 3) + model.low).T))
     rows, columns, beyond = _window(stock, part)
@@ -80,7 +87,7 @@ def compared(stock, model, frame, tolerance):
     return Comparison(gouge, rest, max(0.0, beyond))
 
 
-def _model(points):
+def _model(points: Floats) -> Model:
     """Model of the corners (3, 3 n) of triangles."""
     triangles = np.asarray(points, float).T
     low, high = triangles.min(axis=0), triangles.max(axis=0)
@@ -90,7 +97,7 @@ def _model(points):
     return Model(np.ascontiguousarray(corners[order]), np.ascontiguousarray(top[order]), low, high)
 
 
-def _window(stock, part):
+def _window(stock: HeightMap, part: Model) -> tuple[slice, slice, float]:
     """Slices (rows, columns) of the needles that may be over the part, and mm by which it reaches out of the stock."""
     first = [int(np.floor((low - corner) / stock.cell)) - 1 for low, corner in zip(part.low, (stock.x0, stock.y0))]
     last = [int(np.ceil((high - corner) / stock.cell)) + 1 for high, corner in zip(part.high, (stock.x0, stock.y0))]
@@ -116,7 +123,7 @@ def _window(stock, part):
     return rows, columns, max(*out, 0.0) if max(out) > stock.cell else 0.0
 
 
-def _upside_down(part):
+def _upside_down(part: Model) -> Model:
     """The Model of what is above the part, turned upside down [3]."""
     corners = part.triangles.astype(float).reshape(-1, 3, 3) + part.low
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -133,11 +140,11 @@ def _upside_down(part):
     return _model((corners[keep].reshape(-1, 3) * (1.0, 1.0, -1.0)).T)
 
 
-def _largest(model, places, z, floor, tolerance, cell):
+def _largest(model: Model, places: Floats, z: Floats, floor: float, tolerance: float, cell: float) -> Deviation:
     """Deviation of the points (places, z) that are above a model and above a plane, by the distance to both."""
     mesh, radius = Mesh(model, 1.0), 1.0
 
-    def outside(index, r):
+    def outside(index: Ints, r: float) -> Ints:
         """Those of the points from which all is farther than r."""
         nonlocal mesh, radius
         if r > 4 * radius:
@@ -150,7 +157,7 @@ def _largest(model, places, z, floor, tolerance, cell):
             ]
         )
 
-    def farther(index, r):
+    def farther(index: Ints, r: float) -> Ints:
         """Some of them, with all that are outside by r, or none: what is in a square with one that is nearer by more
         than its diagonal is left out."""
         squares = _squares(places[index], THIN * r)
@@ -175,7 +182,7 @@ def _largest(model, places, z, floor, tolerance, cell):
     return Deviation(low, (*places[best].tolist(), float(z[best])), area)
 
 
-def _squares(places, side):
+def _squares(places: Floats, side: float) -> Ints:
     """Number (n,) of the square of that side in which each of places (n, 2) is."""
     squares = np.floor((places - places.min(axis=0)) / side).astype(np.int64)
     return squares[:, 0] * (int(squares[:, 1].max()) + 1) + squares[:, 1]

@@ -2,8 +2,13 @@
 """A check that ends with a comparison of what is left and a model of the part.  Called by cli/check.py, through
 check/run.py."""
 
+from __future__ import annotations
+
+import functools
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from chipwise.check.culprit import Culprit
 from chipwise.check.findings import GOUGE, Finding
@@ -13,6 +18,12 @@ from chipwise.check.result import PartFigures
 from chipwise.check.simulate import Simulation
 from chipwise.errors import CycleError, format_length
 from chipwise.surface.model import Placing, read_model
+
+if TYPE_CHECKING:
+    from chipwise.check.part import Deviation
+    from chipwise.check.result import Result
+    from chipwise.check.simulate import Case
+    from chipwise.clib.arrays import Floats
 
 TOLERANCE_MM = 0.05
 MOST_TRIANGLES = 1_000_000  # two minutes and half a gigabyte, if nothing is cut at all
@@ -27,31 +38,29 @@ class PartOrder:
     placing: Placing
     tolerance: float = TOLERANCE_MM
 
-    def __call__(self, *arguments, **more):
-        return PartSimulation(self, *arguments, **more)
+    def __call__(self, case: Case, cell: float, needles: dict[int, Floats] | None = None) -> PartSimulation:
+        return PartSimulation(self, case, cell, needles)
 
 
 class PartSimulation(Simulation):
     """A program under way, and the part."""
 
-    def __init__(self, order, *arguments, **more):
-        super().__init__(*arguments, **more)
-        self._again, self._gouge = arguments, None
-        self._order, self._model = (
-            order,
-            read_model(order.path, order.placing),
-        )  # before the program is read: it may take long
+    def __init__(self, order: PartOrder, case: Case, cell: float, needles: dict[int, Floats] | None) -> None:
+        super().__init__(case, cell, needles)
+        self._case, self._order = case, order
+        self._gouge: Finding | None = None
+        self._model = read_model(order.path, order.placing)  # before the program is read: it may take long
         if len(self._model.triangles) > MOST_TRIANGLES:
             raise CycleError(
                 f"the part has {len(self._model.triangles)} triangles, more than {MOST_TRIANGLES}",
                 "export it with a larger tolerance",
             )
 
-    def finish(self, messages, notes):
+    def finish(self, messages: list[list[int | str]], notes: list[list[int | str]]) -> Result:
         """-> the Result, with the part."""
         result, order = super().finish(messages, notes), self._order
-        frame = result.drawing.frame or Frame()
-        found = compared(self.map, self._model, frame, order.tolerance)
+        frame = self.drawn.frame or Frame()
+        found = compared(self.drawn.stock, self._model, frame, order.tolerance)
         result.notes = [*result.notes, *([0, note] for note in self._model.notes)]
         if found.beyond > order.tolerance:
             result.notes.append(
@@ -62,7 +71,7 @@ class PartSimulation(Simulation):
                 ]
             )
 
-        def at(deviation):
+        def at(deviation: Deviation) -> tuple[float, ...] | None:
             return tuple(map(float, frame.to_work(deviation.at))) if deviation.at else None
 
         result.part = PartFigures(
@@ -90,15 +99,17 @@ class PartSimulation(Simulation):
             result.findings.add(self._gouge)
         return result
 
-    def second_look(self):
-        """For the move that has gouged the part -> (Culprit, what takes its result); None without a gouge."""
-        if self._gouge is None:
+    def second_look(self) -> tuple[Simulation, Callable[[], None]] | None:
+        """For the move that has gouged the part; None without a gouge."""
+        gouge = self._gouge
+        if gouge is None or gouge.machine is None:
             return None
-        program, machine, _cell, settings, tools, _needles, assumption = self._again
+        culprit = Culprit(gouge.machine, self.stock_number, self._case)
+        return culprit, functools.partial(_name, gouge, culprit)
 
-        def name(found):
-            if found:
-                self._gouge.line, self._gouge.tool = found
-                self._gouge.last_line = self._gouge.line
 
-        return Culprit(self._gouge.machine, self.stock_number, program, machine, settings, tools, assumption), name
+def _name(gouge: Finding, culprit: Culprit) -> None:
+    """Give a finding the move that has made it, if that was found."""
+    if culprit.found:
+        gouge.line, gouge.tool = culprit.found
+        gouge.last_line = gouge.line

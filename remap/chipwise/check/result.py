@@ -4,9 +4,12 @@
 Made by simulate.py; read by cli/check.py and page.py.
 """
 
+from __future__ import annotations
+
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Optional
+from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
 
@@ -14,6 +17,11 @@ from chipwise.check.drawing import Drawing
 from chipwise.check.findings import OF_STOCK, Findings
 from chipwise.errors import format_area, format_length, printable
 from chipwise.tool_data.geometry import ToolGeometry
+
+if TYPE_CHECKING:
+    from chipwise.check.assume import Assumption
+    from chipwise.check.findings import Finding
+    from chipwise.check.survey import Survey
 
 
 @dataclass
@@ -44,17 +52,17 @@ class ToolFigures:
     reach: float = 0.0  # stick-out that is enough for any holder
 
     @property
-    def mean_rate(self):
+    def mean_rate(self) -> float:
         """mm3/min of the feed moves that cut."""
         return self.feed_volume / self.cutting_s * 60.0 if self.cutting_s > 0 else 0.0
 
-    def json(self):
+    def json(self) -> dict[str, Any]:
         """As in --json."""
-        g = self.geometry or ToolGeometry(shape=None)
+        g = self.geometry or ToolGeometry()
         return {
             "tool": self.number,
             "diameter_mm": self.diameter,
-            "shape": g.shape,
+            "shape": g.shape if self.geometry else None,
             "flute_length_mm": g.flute_length,
             "stick_out_mm": g.stick_out,
             "feed_s": self.feed_s,
@@ -90,7 +98,7 @@ class PartFigures:
     rest_at: Optional[tuple]
     rest_area: float
 
-    def json(self):
+    def json(self) -> dict[str, Any]:
         """As in --json."""
         return {
             "model": self.model,
@@ -103,10 +111,10 @@ class PartFigures:
             "rest_mm2": self.rest_area,
         }
 
-    def said(self, unit):
+    def said(self, unit: str) -> str:
         """One line for the operator."""
 
-        def words(most, at, area):
+        def words(most: float, at: Sequence[float], area: float) -> str:
             place = " at X{} Y{} Z{}".format(*(format_length(round(v, 3), unit).split()[0] for v in at))
             return f"at most {format_length(round(most, 3), unit)}{place}, on {format_area(area, unit)}"
 
@@ -140,27 +148,27 @@ class Result:
     extents: Optional[tuple] = None  # (low, high) mm, work coordinates, of the tips of feed moves
 
     @property
-    def status(self):
+    def status(self) -> int:
         return 2 if self.error else 1 if self.findings.count else 0
 
-    def assume(self, assumption):
+    def assume(self, assumption: Assumption) -> None:
         """What was assumed (check/assume.py)."""
         if assumption.low:
             self.stock = assumption.low, assumption.high, assumption.source
         self.notes, self.guessed = [[0, text] for text in assumption.notes], assumption.guessed
 
-    def is_assumed(self, finding):
+    def is_assumed(self, finding: Finding) -> bool:
         """Whether a Finding depends on what is assumed."""
         return self.guessed and finding.rule in OF_STOCK
 
-    def survey(self, survey):
+    def survey(self, survey: Survey) -> None:
         """What is known of a program that is not judged (check/survey.py)."""
         self.tools = {number: path.figures for number, path in survey.tools.items()}
         self.dwell_s, self.tool_changes, box = survey.dwell_s, survey.tool_changes, survey.extents()
         if box:
             self.extents = tuple(box.low.tolist()), tuple(box.high.tolist())
 
-    def json(self):
+    def json(self) -> dict[str, Any]:
         """As in --json."""
         kept = self.findings
         return {

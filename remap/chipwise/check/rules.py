@@ -5,8 +5,10 @@ usable.
 Called by simulate.py and by rewrite/.  Lengths mm, machine coordinates of the tool's tip.
 """
 
+from __future__ import annotations
+
 import math
-from typing import Iterator, NamedTuple, Union
+from typing import TYPE_CHECKING, Iterator, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -14,6 +16,10 @@ from chipwise.program import records
 from chipwise.program.program_file import Missing
 from chipwise.program.reader import Unreadable
 from chipwise.clib.height_map import HeightMap, least_cell
+
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Bools, Floats, Ints
+    from chipwise.clib.height_map import Shape
 
 MIN_CELLS = 4  # least number of cells across a tool
 FINE_CELLS = 8  # cells across a tool that the cell is chosen for
@@ -24,7 +30,7 @@ ACROSS, DOWN = 3, 4  # X and Y, and Z, of a mask of axes
 PLACES_APART_MM = 3 * MAX_POSITION_MM  # in the heights of one place and the next, so that a running minimum begins anew
 
 
-def check_finite(block):
+def check_finite(block: Floats) -> None:
     """Unreadable for a block of records with a number that is not finite."""
     bad = ~np.isfinite(block).all(axis=1)
     if bad.any():
@@ -34,7 +40,7 @@ def check_finite(block):
 class Moved(NamedTuple):
     """Consecutive moves (n, WIDTH) of a block of records; stops: whether the machine waits behind them."""
 
-    moves: np.ndarray
+    moves: Floats
     stops: bool
 
 
@@ -46,7 +52,7 @@ class Other(NamedTuple):
     values: list[float]
 
 
-def parts(block: np.ndarray, last: bool = False) -> Iterator[Union[Moved, Other]]:
+def parts(block: Floats, last: bool = False) -> Iterator[Moved | Other]:
     """Yield the parts of a block of records, in its order.  last: nothing follows the block."""
     kinds, start = block[:, 0].astype(int), 0
     for event in (*np.flatnonzero(kinds > records.ARC).tolist(), len(block)):
@@ -58,7 +64,7 @@ def parts(block: np.ndarray, last: bool = False) -> Iterator[Union[Moved, Other]
         start = event + 1
 
 
-def check_positions(moves):
+def check_positions(moves: Floats) -> None:
     """Unreadable for records of moves that go too far."""
     far = np.abs(moves[:, 2:5]).max(axis=1) > MAX_POSITION_MM
     if far.any():
@@ -67,7 +73,7 @@ def check_positions(moves):
         )
 
 
-def moves_at_unknown_height(kinds, z):
+def moves_at_unknown_height(kinds: Floats | Ints, z: Floats) -> tuple[int, bool]:
     """(number of leading traverses up to the first one in Z, whether there is such a one or a feed): before it the
     interpreter stands at machine zero, the machine anywhere.  kinds, z (n,): of the first moves."""
     known = (kinds != records.RAPID) | (np.abs(z) > 1e-9)
@@ -77,7 +83,7 @@ def moves_at_unknown_height(kinds, z):
     return first + int(kinds[first] == records.RAPID), True
 
 
-def moves_to_first_place(kinds, places, frame):
+def moves_to_first_place(kinds: Floats | Ints, places: Floats, frame: records.Frame) -> tuple[int, bool]:
     """(number of leading traverses to the first place across Z, whether it is reached): where they begin is only known
     on the machine, and the interpreter starts at X0 Y0 of the work coordinates.  kinds (n,), places (n, 3): of the
     first moves; frame: records.Frame."""
@@ -91,14 +97,14 @@ class Unplaced:
     """The first moves of a program, up to where it has named X, Y and Z: where they go is known on the machine only,
     and the interpreter starts at 0."""
 
-    def __init__(self):
-        self._axes = None  # mask of those that are not named yet; None: before the first move
+    def __init__(self) -> None:
+        self._axes: int | None = None  # mask of those that are not named yet; None: before the first move
         self._missed = 0  # line of the first move that might have cut
         self._height_known = False
         self.arrives = False  # whether the last of the moves just counted comes to the first place
         self._named = self._late = 0  # line that names the last axes, and their mask
 
-    def lead(self, moves, top):
+    def lead(self, moves: Floats, top: float) -> int:
         """Number of leading moves that cannot be judged.  top: of the stock, mm."""
         lead = self._unnamed(moves, top)
         if not self._height_known:
@@ -107,7 +113,7 @@ class Unplaced:
         self.arrives = lead > 0 and not moves[lead - 1, records.UNNAMED]
         return lead
 
-    def _unnamed(self, moves, top):
+    def _unnamed(self, moves: Floats, top: float) -> int:
         """lead() for axes that are not named yet."""
         if self._axes == 0:
             return 0
@@ -135,7 +141,7 @@ class Unplaced:
             self._named, self._late, self._axes = int(moves[first, 1]), axes, 0
         return lead
 
-    def notes(self):
+    def notes(self) -> list[list[int | str]]:
         """[[line, text]] of moves that were not judged."""
         if not self._missed:
             return []
@@ -159,20 +165,20 @@ class Unplaced:
         ]
 
 
-def _moves_of_step(moves):
+def _moves_of_step(moves: Floats) -> int:
     """Number of the moves of the first step of (n, WIDTH) records: an arc has a chord a move."""
     others = (moves[1:, 0] != records.ARC) | (moves[1:, 6] > 0)
     return (int(np.argmax(others)) + 1 if others.any() else len(moves)) if moves[0, 0] == records.ARC else 1
 
 
-def near_stock(start, positions, kinds, top, been):
+def near_stock(start: Floats, positions: Floats, kinds: Ints, top: float, been: float) -> tuple[Bools, float]:
     """(n,) bool: traverses that may come too near to stock at their side, of moves from start (3,) to positions (n, 3);
     and the lowest Z since the tool is at its last place across the axis, which is `been` (mm) at the first.
 
     Not straight up, nor above the top of the stock (mm), nor straight down to where the tool has been since it came
     there, as between the pecks of a drill.
     """
-    z = np.concatenate(([min(been, start[2])], positions[:, 2]))
+    z = np.concatenate((np.array([min(been, start[2])]), positions[:, 2]))
     moved = np.hypot(*np.diff(positions[:, :2], axis=0, prepend=start[None, :2]).T) > ACROSS_MM
     place = np.concatenate(([0], np.cumsum(moved)))
     lowest = (
@@ -183,7 +189,7 @@ def near_stock(start, positions, kinds, top, been):
     return (kinds == records.RAPID) & ~rises & ~again & (np.minimum(before, positions[:, 2]) < top), float(lowest[-1])
 
 
-def make_map(line, values, cell):
+def make_map(line: int, values: list[float], cell: float) -> HeightMap:
     """HeightMap of a STOCK record; the cell is larger where the stock is.  Unreadable for one that cannot be known."""
     shape, turn, *corners = values[:8]
     if shape < 0:
@@ -198,7 +204,7 @@ def make_map(line, values, cell):
     return HeightMap(low, high, max(cell, least_cell(low, high)), int(shape), turn)
 
 
-def cannot_cut(tool, shape, line):
+def cannot_cut(tool: int | None, shape: Shape | None, line: int) -> NoReturn:
     """Missing for a feed move without a tool (number, None: none), its shape, or a stock."""
     if shape is None:
         if tool is not None:
@@ -211,12 +217,12 @@ def cannot_cut(tool, shape, line):
     )
 
 
-def is_too_coarse(stock, diameter):
+def is_too_coarse(stock: HeightMap, diameter: float) -> bool:
     """Whether a tool has too few cells across."""
     return diameter < MIN_CELLS * stock.cell
 
 
-def finer_cell(stock, asked, line, number, diameter):
+def finer_cell(stock: HeightMap, asked: float | None, line: int, number: int, diameter: float) -> float:
     """The cell (mm) that suits a tool; Unreadable if the user has asked for a larger one or the stock is too large."""
     cell, least = math.floor(diameter / FINE_CELLS * 1000) / 1000, least_cell(stock.low, stock.high)
     if asked:
@@ -235,7 +241,7 @@ def finer_cell(stock, asked, line, number, diameter):
     return cell
 
 
-def divided(count):
+def divided(count: Ints) -> tuple[Ints, Floats]:
     """(owner (m,), share (m,)) of pieces: the move each is a part of and how much of it lies behind the piece's end.
 
     count (n,) int: pieces of each move.

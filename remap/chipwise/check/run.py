@@ -2,7 +2,11 @@
 """Checks many programs: a process for each (batch/pool.py).  Called by cli/check.py; filter/work.py has a process of
 its own."""
 
+from __future__ import annotations
+
 import os
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
 from chipwise.batch.pool import on_processes
 from chipwise.program.program_file import UNFINISHED
@@ -11,10 +15,13 @@ from chipwise.check.answer import check
 from chipwise.errors import of_unexpected, unnamed
 from chipwise.host.temp_folder import FolderError
 
+if TYPE_CHECKING:
+    from chipwise.check.assume import Progress
+
 SUFFIXES = (".ngc", ".nc", ".tap")
 
 
-def programs_of(paths):
+def programs_of(paths: list[str]) -> list[str]:
     """Paths of programs; of a folder those in it whose name ends as a program's does."""
     found = []
     for path in paths:
@@ -26,7 +33,7 @@ def programs_of(paths):
     return found
 
 
-def lines_of(path):
+def lines_of(path: str) -> int:
     """Lines of a program, at least 1: what progress is counted by."""
     count = 1
     try:
@@ -39,7 +46,7 @@ def lines_of(path):
     return count
 
 
-def checked(program, progress, arguments):
+def checked(program: str, progress: Progress | None, arguments: dict[str, Any]) -> Result:
     """The Result, also after an unexpected error."""
     try:
         return check(program, progress=progress, **arguments)
@@ -53,18 +60,20 @@ def checked(program, progress, arguments):
         return failed(program, of_unexpected(error))
 
 
-def failed(program, text):
+def failed(program: str, text: str) -> Result:
     """The Result of a program that was not checked to its end."""
     return Result(program, error=(text, 0), state=UNFINISHED)
 
 
-def _check(program, progress, arguments):
+def _check(program: str, progress: Progress, arguments: dict[str, Any]) -> Result:
     """checked(), with the share of its lines as progress."""
     lines = lines_of(program)
     return checked(program, lambda line: progress(line / lines), arguments)
 
 
-def check_all(programs, jobs, progress=None, **arguments):
+def check_all(
+    programs: list[str], jobs: int, progress: Progress | None = None, **arguments: Any
+) -> Iterator[tuple[int, Result]]:
     """Yield (number, Result) of each program as it is ready; `jobs` at a time.  arguments: as for answer.check.
 
     progress: called with the share (0..1) of all that is done.

@@ -8,6 +8,11 @@ check/times.py.
 The place of the machine before the first move is not known, and no move from there is counted.
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from chipwise.check import rules
@@ -16,6 +21,10 @@ from chipwise.check.path_part import PathPart
 from chipwise.check.result import ToolFigures
 from chipwise.check.times import Timer
 
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Floats
+    from chipwise.program.reader import Machine
+
 ACROSS_MM = 1e-4  # shorter moves, seen from above, go straight up or down
 LEVEL_MM = 1e-6  # heights that are the same
 
@@ -23,19 +32,19 @@ LEVEL_MM = 1e-6  # heights that are the same
 class Box:
     """Corners of what has been added, (2, 3) mm; empty at first."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.low, self.high = np.full(3, np.inf), np.full(3, -np.inf)
 
-    def __bool__(self):
+    def __bool__(self) -> bool:
         return bool(self.low[0] <= self.high[0])
 
-    def add(self, *points):
+    def add(self, *points: Floats) -> None:
         """Arrays (n, 3)."""
         for array in points:
             if len(array):
                 self.low, self.high = np.minimum(self.low, array.min(axis=0)), np.maximum(self.high, array.max(axis=0))
 
-    def join(self, other):
+    def join(self, other: Box) -> None:
         """Another box."""
         self.low, self.high = np.minimum(self.low, other.low), np.maximum(self.high, other.high)
 
@@ -43,7 +52,7 @@ class Box:
 class ToolPath:
     """The feed moves of one tool."""
 
-    def __init__(self, number, diameter):
+    def __init__(self, number: int, diameter: float) -> None:
         self.figures = ToolFigures(number, diameter)
         self.all = Box()
         self.below_zero = Box()  # the parts of moves that lie below Z0
@@ -54,12 +63,13 @@ class ToolPath:
 class Survey:
     """A program under way: take() each block of records."""
 
-    def __init__(self, machine):
+    def __init__(self, machine: Machine) -> None:
         self.timer = Timer(machine)
-        self.tools = {}  # number -> ToolPath; of those with feed moves
+        self.tools: dict[int, ToolPath] = {}  # by number; of those with feed moves
         self.spindle = 0, 0.0
-        self.frame, self.first_frame = records.Frame(), None  # of the first feed move; of the first move
-        self.position = None  # (3,), machine
+        self.frame = records.Frame()  # of the first feed move
+        self.first_frame: records.Frame | None = None  # of the first move
+        self.position: Floats | None = None  # (3,), machine
         self.lowest = np.inf  # Z of feed moves
         self.top = -np.inf  # the highest end of a feed move across
         self.highest = -np.inf  # Z of any move, machine coordinates
@@ -68,7 +78,7 @@ class Survey:
         self.dwell_s, self.tool_changes = 0.0, 0
         self.place_known, self.unplaced = False, rules.Unplaced()
 
-    def take(self, block):
+    def take(self, block: Floats) -> None:
         """One block of records."""
         rules.check_finite(block)
         for part in rules.parts(block):
@@ -77,7 +87,7 @@ class Survey:
             else:
                 self._moves(*part)
 
-    def _event(self, kind, _line, values):
+    def _event(self, kind: int, _line: int, values: list[float]) -> None:
         if kind == records.TOOL:
             self.spindle = max(0, int(values[0])), float(values[1])
             self.tool_changes += values[0] > 0
@@ -91,16 +101,15 @@ class Survey:
         elif kind == records.FRAME and not self.tools:
             self.frame = records.Frame.of(values)
 
-    def _moves(self, block, stops):
+    def _moves(self, block: Floats, stops: bool) -> None:
         rules.check_positions(block)
         self.first_frame = self.first_frame or self.frame
         kinds, places = block[:, 0].astype(int), block[:, 2:5]
         known, apart = self.position is not None, 0
-        if not known:
-            self.position = places[0]
+        start = places[0] if self.position is None else self.position
         if not self.place_known:
             apart, self.place_known = rules.moves_to_first_place(kinds, places, self.frame)
-        before = np.concatenate((self.position[None], places[:-1]))
+        before = np.concatenate((start[None], places[:-1]))
         self.position = places[-1].copy()
         steps = places - before
         length = np.sqrt((steps * steps).sum(axis=1))
@@ -110,7 +119,7 @@ class Survey:
         moving[:apart] = False
         if moving.any():
             self.timer.spend(
-                PathPart.of(block, steps, length, np.zeros(len(length)), moving), tool and tool.figures, stops
+                PathPart.of(block, steps, length, np.zeros(len(length)), moving), tool.figures if tool else None, stops
             )
         self.highest = max(
             self.highest,
@@ -124,17 +133,17 @@ class Survey:
         if tool and cuts.any():
             self._feeds(tool, self._work(before[cuts]), self._work(places[cuts]))
 
-    def _tool(self):
+    def _tool(self) -> ToolPath:
         number, diameter = self.spindle
         if number not in self.tools:
             self.tools[number] = ToolPath(number, diameter)
         return self.tools[number]
 
-    def _work(self, places):
+    def _work(self, places: Floats) -> Floats:
         """(n, 3) machine -> work coordinates of the first feed move."""
         return np.column_stack(self.frame.to_work(places.T))
 
-    def _feeds(self, tool, start, end):
+    def _feeds(self, tool: ToolPath, start: Floats, end: Floats) -> None:
         """Feed moves from start to end, (n, 3) mm."""
         tool.all.add(start, end)
         self.lowest = min(self.lowest, float(start[:, 2].min()), float(end[:, 2].min()))
@@ -151,11 +160,11 @@ class Survey:
         tool.below_top.add(*_below(start[low], end[low], self.top))
         tool.at_top.add(start[~low & across], end[~low & across])
 
-    def is_above(self, level):
+    def is_above(self, level: float) -> bool:
         """Whether a move ends above a height, work coordinates."""
         return self.highest - self.frame.offset[2] - self.frame.g92[2] > level
 
-    def at_first_move(self, low, high):
+    def at_first_move(self, low: Sequence[float], high: Sequence[float]) -> tuple[Iterable[float], Iterable[float]]:
         """Corners of a box in the work coordinates of the first move; where those are turned against the others, of the
         box around it.  A zero that is probed before the first cut carries a stock that is named in them."""
         frame, first = self.frame, self.first_frame
@@ -171,7 +180,7 @@ class Survey:
         )
         return corners.min(axis=0), corners.max(axis=0)
 
-    def extents(self):
+    def extents(self) -> Box:
         """Box of all feed moves of the tools' tips."""
         box = Box()
         for tool in self.tools.values():
@@ -179,7 +188,7 @@ class Survey:
         return box
 
 
-def _below(start, end, level):
+def _below(start: Floats, end: Floats, level: float) -> tuple[Floats, Floats]:
     """The parts of moves (n, 3) that lie below a level: their starts and ends, (m, 3) each."""
     low = np.minimum(start[:, 2], end[:, 2]) < level - LEVEL_MM
     start, end = start[low], end[low]

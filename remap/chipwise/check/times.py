@@ -5,6 +5,10 @@ Called by simulate.py, segment by segment.  Speeds are mm/s, accelerations mm/s2
 acceleration is that of a planner that looks ahead: height_sweep.c, chip_height_times.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from chipwise.check import blends
@@ -13,6 +17,12 @@ from chipwise.check.rate_histogram import Load
 from chipwise.program.reader import Unreadable
 from chipwise.clib.height_map import times
 from chipwise.clib.layout import FeedMode
+
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Bools, Floats
+    from chipwise.check.path_part import PathPart
+    from chipwise.check.result import ToolFigures
+    from chipwise.program.reader import Machine
 
 RATE_WINDOW_MM = 2.0  # a rate is measured over at least this much path
 CORNER_MM = 0.01  # how far a corner may be rounded where the path mode is not known
@@ -24,35 +34,35 @@ OFF, LIMIT, CONSTANT, WINDOW = map(int, FeedMode)  # M251 P
 class Timer:
     """The clock of a program: spend() each part of its moves."""
 
-    def __init__(self, machine):
+    def __init__(self, machine: Machine) -> None:
         self.speeds = np.array([v or DEFAULT_SPEED for v in machine.speeds])
         self.accels = np.array([a or DEFAULT_ACCEL for a in machine.accels])
         self.mode, self.target, self.lower, self.ceiling = OFF, 0.0, 0.0, 0.0
         self.volumetric = False  # whether M251 was ever on
         self.load, self.load_volumetric = Load(), Load()
         self._speed, self._speed_volumetric = [0.0], [0.0]
-        self.allowed = None  # (n,) mm/s by chip and power, of the moves of the next spend(); None: no limits
-        self.seconds = None  # (n,) of the moves of the last spend(), at F and under M251
-        self._last = None  # (kind, direction) of the last segment
+        self.allowed: Floats | None = None  # (n,) mm/s by chip and power, of the moves of the next spend(); None: all
+        self.seconds = np.zeros(0), np.zeros(0)  # (n,) of the moves of the last spend(), at F and under M251
+        self._last: tuple[int, Floats] | None = None  # (kind, direction) of the last segment
         self.path = CORNER_MM  # of a PATH record
         self.override = machine.max_override
 
-    def set_feed_mode(self, mode, target, lower, ceiling):
+    def set_feed_mode(self, mode: float, target: float, lower: float, ceiling: float) -> None:
         """M251, M252."""
         self.mode, self.target, self.lower, self.ceiling = int(mode), target, lower, ceiling
         self.volumetric = self.volumetric or self.mode != OFF
 
-    def wait(self, seconds):
+    def wait(self, seconds: float) -> None:
         """A dwell."""
         self.load.wait(seconds)
         self.load_volumetric.wait(seconds)
 
-    def _most_along(self, direction):
+    def _most_along(self, direction: Floats) -> tuple[Floats, Floats]:
         """Speed (mm/s) and acceleration (mm/s2) that the axes allow along unit vectors."""
         with np.errstate(divide="ignore"):
             return (self.speeds / np.abs(direction)).min(axis=1), (self.accels / np.abs(direction)).min(axis=1)
 
-    def spend(self, part, tool, stops=False):
+    def spend(self, part: PathPart, tool: ToolFigures | None, stops: bool = False) -> Floats | None:
         """Time of a PathPart; -> its removal rates at F, mm3/min, or None if none is cut.
 
         tool: ToolFigures or None; stops: whether the machine waits behind it.
@@ -98,11 +108,13 @@ class Timer:
         tool.feed_volume += float(volume[cutting].sum())
         return _rates(length, plain, planned, volume, cutting)
 
-    def _plan_more(self, part, wanted, rapid_speed, accel, stops):
+    def _plan_more(self, part: PathPart, wanted: Floats, rapid_speed: Floats, accel: Floats, stops: bool) -> None:
         """Another clock of a subclass; wanted, rapid_speed: mm/s under M251 and of the axes; accel: mm/s2 of the
         axes."""
 
-    def _planned(self, part, moves, wanted, accel, speed, stops):
+    def _planned(
+        self, part: PathPart, moves: blends.Moves, wanted: Floats, accel: Floats, speed: list[float], stops: bool
+    ) -> Floats:
         """Seconds of each segment with acceleration.  moves: blends.Moves of the part, with the speeds that the planner
         is asked for; wanted: mm/s that the feed law leaves of them; accel: mm/s2 along it; speed: [mm/s at the
         beginning], changed to that at the end."""
@@ -121,9 +133,9 @@ class Timer:
         seconds, speed[0] = times(part.length, most, accel * shares[moves.whole], np.minimum(corner, 1e9), speed[0])
         each = np.bincount(moves.whole, seconds)
         saved = np.minimum(saved, 0.5 * np.minimum(each[1:], each[:-1]))
-        return seconds * (1.0 - np.concatenate(([0.0], saved)) / np.maximum(each, 1e-12))[moves.whole]
+        return seconds * (1.0 - np.append(0.0, saved) / np.maximum(each, 1e-12))[moves.whole]
 
-    def _volumetric(self, moves, part, plain, tool):
+    def _volumetric(self, moves: blends.Moves, part: PathPart, plain: Floats, tool: ToolFigures | None) -> Floats:
         """mm/s of each move under M251 (docs/user/codes.md)."""
         target, lower = self.target, self.lower
         limit = tool and tool.geometry and tool.geometry.max_removal_rate
@@ -146,7 +158,9 @@ class Timer:
         return np.minimum(raised, held)
 
 
-def windows(length, volume, most=RATE_WINDOW_MM, moves=None):
+def windows(
+    length: Floats, volume: Floats, most: float = RATE_WINDOW_MM, moves: blends.Moves | None = None
+) -> tuple[Floats, Floats]:
     """(mm2: volume per mm of path, mm: length) of the window of about so many mm that each segment belongs to; with
     blends.Moves none goes on from a long move to another one, or from a G0 to a feed."""
     number = np.floor(np.cumsum(length) / most)
@@ -155,12 +169,12 @@ def windows(length, volume, most=RATE_WINDOW_MM, moves=None):
         long = moves.length >= most / 2
         ends = (long[1:] | long[:-1]) | ((moves.kind[1:] == records.RAPID) != (moves.kind[:-1] == records.RAPID))
         begins[moves.begins[1:][ends] - 1] = True
-    window = np.concatenate(([0], np.cumsum(begins)))
+    window = np.append(0, np.cumsum(begins))
     distance = np.bincount(window, length)
     return (np.bincount(window, volume) / distance)[window], distance[window]
 
 
-def _rates(length, plain, planned, volume, cutting):
+def _rates(length: Floats, plain: Floats, planned: Floats, volume: Floats, cutting: Bools) -> Floats | None:
     """Removal rate of each move at F, mm3/min; None if nothing is removed."""
     if not volume.any():
         return None

@@ -16,7 +16,10 @@ Called by tooth_rules.py.  Source: M. E. Martellotti, Trans. ASME 63 (1941): h =
  5. Sections are means over WINDOW_MM of path, since the cells give the volume of short moves in lumps.
 """
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,6 +28,12 @@ from chipwise.tool_data.chip_loads import chip_limit
 from chipwise.errors import CycleError, unnamed
 from chipwise.tool_data.materials import find_material, material_of_file
 from chipwise.settings import spindle_limit
+
+if TYPE_CHECKING:
+    from chipwise.clib.arrays import Bools, Floats
+    from chipwise.settings import Settings
+    from chipwise.tool_data.geometry import ToolGeometry
+    from chipwise.tool_data.materials import Material
 
 WINDOW_MM = 4.0
 LEAST_AREA = 1e-3  # mm2: less is air
@@ -37,7 +46,7 @@ UNFORCED = (
 NOT_JUDGED = "chip and power of tool {number} are not judged: {what} not known"
 
 
-def half_width(diameter, geometry, height):
+def half_width(diameter: float, geometry: ToolGeometry, height: Floats) -> Floats:
     """(n,) mm: the tool's radius at heights (n,) above its tip."""
     radius, g = diameter / 2.0, geometry
     corner = radius if g.shape == "ball" else min(g.corner_radius or 0.0, radius)
@@ -53,7 +62,7 @@ def half_width(diameter, geometry, height):
     return flat + low
 
 
-def sums_of_edges(share, edges, exponent):
+def sums_of_edges(share: Floats, edges: int, exponent: float) -> Floats:
     """(n,) largest vector sums over a turn of `edges` edges in stock of 1 mm, met in one arc from one side that is
     `share` (n,) of the diameter wide."""
     phi = np.radians(
@@ -67,7 +76,7 @@ def sums_of_edges(share, edges, exponent):
 class Profile:
     """A tool's largest section and steepest edge up to a depth, in tables."""
 
-    def __init__(self, diameter, geometry, mc=0.0):
+    def __init__(self, diameter: float, geometry: ToolGeometry, mc: float = 0.0) -> None:
         self.radius = diameter / 2.0
         self.top = 2.0 * diameter
         self.height = np.linspace(0.0, self.top, 4 * STEPS)
@@ -83,11 +92,11 @@ class Profile:
         pointed = geometry.shape in ("vee", "tapered-ball") and geometry.tip_angle and not geometry.corner_radius
         self.end = math.sin(math.radians(geometry.tip_angle) / 2.0) if pointed else 1.0  # n . d of a plunge
 
-    def length(self, depth):
+    def length(self, depth: Floats) -> Floats:
         """mm of edge, weighted as `edge`."""
         return np.interp(depth, self.height, self.edge) + np.maximum(depth - self.top, 0.0)
 
-    def section(self, depth):
+    def section(self, depth: Floats) -> Floats:
         """mm2 of a full slot."""
         return np.interp(depth, self.height, self.area) + np.maximum(depth - self.top, 0.0) * 2.0 * self.radius
 
@@ -96,29 +105,37 @@ class Loads:
     """Of n moves.  chip: over the feed per tooth; power_area: A_mc, mm2; side: of the side force, mm; sound: whether
     the window is long enough to be judged."""
 
-    def __init__(self, chip, power_area, side, sound):
+    def __init__(self, chip: Floats, power_area: Floats, side: Floats, sound: Bools) -> None:
         self.chip, self.power_area, self.side, self.sound = chip, power_area, side, sound
 
 
 class ToothLoad:
     """The limits of one tool in one program.  chip: mm, chip_load of the tool or the default; own_chip: chip_load;
-    settings: for what the spindle gives; material: materials.Material; each None where not known."""
+    least_chip: chip_least; settings: for what the spindle gives; material: materials.Material; each None where not
+    known."""
 
-    def __init__(self, diameter, geometry, material, settings, chip=None):
-        self.profile, self.flutes, self.own_chip = (
-            Profile(diameter, geometry, material.mc if material else 0.0),
-            geometry.flutes,
-            geometry.chip_load,
-        )
+    def __init__(
+        self,
+        diameter: float,
+        geometry: ToolGeometry,
+        material: Material | None,
+        settings: Settings,
+        chip: float | None = None,
+    ) -> None:
+        if not geometry.flutes:
+            raise ValueError("a tool of which the flutes are not known has no limits")
+        self.profile, self.flutes = Profile(diameter, geometry, material.mc if material else 0.0), geometry.flutes
+        self.own_chip, self.least_chip = geometry.chip_load, geometry.chip_least
         self.stiffness = (
             stiffness(diameter, geometry.stick_out, geometry.material) if geometry.deflection and material else 0.0
         )
         self.bending = geometry.deflection if self.stiffness else None  # mm
         self.chip = self.own_chip or chip
         self.material, self.settings = material, settings
+        self._kc11 = material.kc11 if material else 0.0
         exponent = 1.0 - (material.mc if material else 0.0)
         phi = (np.arange(8 * STEPS) + 0.5) * math.pi / (8 * STEPS)
-        total = np.concatenate(([0.0], np.cumsum(np.sin(phi) ** exponent) * math.pi / (8 * STEPS)))
+        total = np.concatenate((np.zeros(1), np.cumsum(np.sin(phi) ** exponent) * math.pi / (8 * STEPS)))
         share = np.linspace(0.0, 1.0, STEPS)
         self._share, self._sums, self.exponent = (
             share,
@@ -127,7 +144,7 @@ class ToothLoad:
         )
         self._sides = sums_of_edges(share, self.flutes, exponent) if self.bending else np.zeros(STEPS)
 
-    def loads(self, steps, length, volume, depth, cuts):
+    def loads(self, steps: Floats, length: Floats, volume: Floats, depth: Floats, cuts: Bools) -> Loads:
         """Loads of moves: steps (n, 3), length, depth mm, volume mm3, cuts (n,): feeds that are judged."""
         number = np.floor(np.cumsum(length) / WINDOW_MM).astype(int)
         first = np.flatnonzero(np.diff(number, prepend=-1))
@@ -153,34 +170,30 @@ class ToothLoad:
             met & (distance > WINDOW_MM / 2),
         )
 
-    def chips(self, loads, speed, turns):
+    def chips(self, loads: Loads, speed: Floats, turns: float) -> Floats:
         """(n,) mm at speeds (n,) mm/s and `turns` 1/min."""
         return loads.chip * speed * 60.0 / (self.flutes * turns)
 
-    def powers(self, loads, speed, turns):
+    def powers(self, loads: Loads, speed: Floats, turns: float) -> Floats:
         """(n,) W; 0 without a material."""
         if not self.material:
             return np.zeros(len(speed))
         edges = self.flutes * turns / 60.0
-        return self.material.kc11 * edges * (speed / edges) ** self.exponent * loads.power_area / 1000.0
+        return self._kc11 * edges * (speed / edges) ** self.exponent * loads.power_area / 1000.0
 
-    def bendings(self, loads, speed, turns):
+    def bendings(self, loads: Loads, speed: Floats, turns: float) -> Floats:
         """(n,) mm that the tool bends by; 0 where it is not known."""
         if not self.bending:
             return np.zeros(len(speed))
         return (
-            RADIAL
-            * self.material.kc11
-            * (speed * 60.0 / (self.flutes * turns)) ** self.exponent
-            * loads.side
-            / self.stiffness
+            RADIAL * self._kc11 * (speed * 60.0 / (self.flutes * turns)) ** self.exponent * loads.side / self.stiffness
         )
 
-    def power_limit(self, turns):
+    def power_limit(self, turns: float) -> float:
         """W that the spindle gives at a speed, 1/min; 0: no limit, or no material."""
         return spindle_limit(self.settings, turns) if self.material else 0.0
 
-    def allowed(self, loads, turns):
+    def allowed(self, loads: Loads, turns: float) -> Floats:
         """(n,) mm/s: the largest speeds within the limits; inf where nothing limits."""
         edges, most = self.flutes * turns / 60.0, np.full(len(loads.chip), np.inf)
         with np.errstate(divide="ignore", over="ignore"):
@@ -189,15 +202,13 @@ class ToothLoad:
             limit = self.power_limit(turns)
             if limit:
                 most = np.minimum(
-                    most,
-                    edges * (limit * 1000.0 / (self.material.kc11 * edges * loads.power_area)) ** (1.0 / self.exponent),
+                    most, edges * (limit * 1000.0 / (self._kc11 * edges * loads.power_area)) ** (1.0 / self.exponent)
                 )
             if self.bending:
                 most = np.minimum(
                     most,
                     edges
-                    * (self.bending * self.stiffness / (RADIAL * self.material.kc11 * loads.side))
-                    ** (1.0 / self.exponent),
+                    * (self.bending * self.stiffness / (RADIAL * self._kc11 * loads.side)) ** (1.0 / self.exponent),
                 )
         return most
 
@@ -205,15 +216,18 @@ class ToothLoad:
 class Limits:
     """The limits of the tools of a program.  material: a name, that of its set-up; "": none."""
 
-    def __init__(self, program, settings, material=""):
-        self.settings, self.notes, self.material = settings, [], None
+    def __init__(self, program: str, settings: Settings, material: str = "") -> None:
+        self.settings = settings
+        self.material: Material | None = None
+        self.notes: list[list[int | str]] = []
         try:
-            self.material = material_of_file(program, settings["MATERIAL"], settings.path("MATERIALS"), material)
-            if material and find_material(material, settings.path("MATERIALS")).name != self.material.name:
+            own = settings.path("MATERIALS")
+            found = self.material = material_of_file(program, settings["MATERIAL"], own, material)
+            if found and material and find_material(material, own).name != found.name:
                 self.notes.append(
                     [
                         0,
-                        f"the comment of the program names {self.material.name}, so the material {material} of its "
+                        f"the comment of the program names {found.name}, so the material {material} of its "
                         f"set-up does not count",
                     ]
                 )
@@ -228,7 +242,7 @@ class Limits:
                 ]
             )
 
-    def of_tool(self, diameter, geometry):
+    def of_tool(self, diameter: float, geometry: ToolGeometry | None) -> ToothLoad | None:
         """A ToothLoad, or None where nothing limits the tool."""
         chip = chip_limit(diameter, geometry, self.material, self.settings)
         if (
@@ -245,7 +259,7 @@ class Limits:
             return None
         return ToothLoad(diameter, geometry, self.material, self.settings, chip)
 
-    def unknown(self, number, line, geometry, turns):
+    def unknown(self, number: int, line: int, geometry: ToolGeometry | None, turns: float) -> None:
         """Note once what a limit of a tool lacks."""
         what = lacking(geometry)
         if what or geometry and geometry.deflection and not self.material:
@@ -256,6 +270,6 @@ class Limits:
             line, NOT_JUDGED.format(number=number, what="the spindle speed is" if geometry.flutes else "its flutes are")
         )
 
-    def _note(self, line, text):
+    def _note(self, line: int, text: str) -> None:
         if all(text != said for _line, said in self.notes):
             self.notes.append([line, text])

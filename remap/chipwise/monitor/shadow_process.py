@@ -50,6 +50,8 @@ def answer(order, folder):
     if not survey.tools:
         return {"why": "it has no feed moves"}
     found = assume(survey, order["program"], machine)
+    if found.low is None or found.high is None:  # it has no stock of its own, so it is assumed
+        return SILENT
     frame = survey.first_frame or survey.frame
     source = "its comments" if found.source == COMMENT else "its path"
     text = (

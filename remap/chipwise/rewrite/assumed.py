@@ -17,7 +17,7 @@ from __future__ import annotations
 import copy
 from typing import TYPE_CHECKING
 
-from chipwise.check.assume import assume, surveyed
+from chipwise.check.assume import Named, assume, surveyed
 from chipwise.program.reader import Reader, Unreadable
 from chipwise.errors import format_length
 from chipwise.rewrite import depth_proof, read_back
@@ -43,9 +43,8 @@ def assumed(
 ) -> Assumption:
     """Assumption for a program that cannot be cut in `line`.  Raises Unknown."""
     few = {key: value for key, value in limits.items() if key in ("cpu_s", "quiet_s", "memory_mb")}
-    return assume(
-        surveyed(Reader(path, machine, None, **few), machine), path, machine, line, bool(stock), tool, diameter
-    )
+    survey = surveyed(Reader(path, machine, None, **few), machine)
+    return assume(survey, path, machine, line, Named(bool(stock), tool, diameter))
 
 
 def machine_with(machine: Machine, assumption: Assumption) -> Machine:

@@ -150,11 +150,12 @@ class SetupTimer(Timer):
 class SetupSimulation(Simulation):
     """A program under way, with the clock above."""
 
-    def __init__(self, program, machine, *arguments, **more):
-        super().__init__(program, machine, *arguments, **more)
-        self.timer = SetupTimer(
-            machine, self.settings["SETUP_CEILING"], ceilings(program, self.geometry, machine.unit_mm, MAX_BYTES)
-        )
+    timer: SetupTimer
+
+    def __init__(self, case, cell, needles=None):
+        super().__init__(case, cell, needles)
+        of_chip = ceilings(case.program, case.tools, case.machine.unit_mm, MAX_BYTES)
+        self.timer = SetupTimer(case.machine, self.settings["SETUP_CEILING"], of_chip)
         self.first_stock = None  # (low, high) mm, work coordinates
         self.thinner, self.first_frame = Thinner(DRAWN_POINTS), None
 
@@ -172,7 +173,7 @@ class SetupSimulation(Simulation):
 
     def _define(self, line, values):
         super()._define(line, values)
-        self.timer.clear_z = self.map.z_max + self.settings["AIR_CLEARANCE"]
+        self.timer.clear_z = self.drawn.stock.z_max + self.settings["AIR_CLEARANCE"]
         if self.first_stock is None:
             low, high = np.array(values[2:5]), np.array(values[5:8])
             middle, half = np.array(self.frame.to_work((low + high) / 2)), (high - low) / 2
@@ -219,7 +220,7 @@ class SetupSimulation(Simulation):
 
     def _tooth_limits(self, figures):
         """(mm, W, mm as it is, mm) of a tool: chip, power, bending; None where there is none."""
-        tooth = self.tooth.get(figures.number)
+        tooth = self.teeth.tooth.get(figures.number)
         if tooth is None:
             return None, None, None, None
         return (
@@ -278,8 +279,8 @@ def measure(program, machine, names, stock=None, material="", set_up=0, clamps=N
     made: list = []
     wanted = Job("", "", (), (), "", material, {}, False, set_up, clamps or {})
 
-    def simulated(*parts, **more):
-        made[:] = [SetupSimulation(*parts, **more)]
+    def simulated(case, cell, needles):
+        made[:] = [SetupSimulation(case, cell, needles)]
         return made[0]
 
     try:
