@@ -5,9 +5,9 @@ cleared.
 Called by cycles/pocket.py for every strategy but P4, which makes its own.  Lengths mm.
 
 A link is tried straight, then back along the Track that has just ended (which is cleared, whatever lies beside it) with
-as few bends as its ground allows, then by a search over the region.  All that the tool sweeps on a line that no Track
-ran is asked for, exactly (engage_ground.py).  Where the traverse clearance is at the tool's side the middle of a line
-is a rapid.
+as few bends as its ground allows, then along all of the path (path_graph.py) and by a search over the region.  All that
+the tool sweeps on a line that no Track ran is asked for, exactly (engage_ground.py).  Where the traverse clearance is
+at the tool's side the middle of a line is a rapid.
 """
 
 import heapq
@@ -23,6 +23,7 @@ from chipwise.geometry.pocket import engage_links
 from chipwise.geometry.pocket.engage_ground import Ground
 from chipwise.geometry.pocket.engage_starts import Grid
 from chipwise.geometry.pocket.machinable import clear_segment
+from chipwise.geometry.pocket.path_graph import along
 
 # A start this near to the path so far lies on it. mm; far below what a stock model or a chip can tell.
 ON_PATH_MM = 1e-4
@@ -32,6 +33,15 @@ SPACING_MM = 0.3
 
 # A route leads by every so many places of the grid, across and up; by all of them where it does not lead through.
 COARSE = 2
+
+# Nearer to the border than this a line is asked for exactly. mm
+NEAR_MM = 0.02
+
+# A link along the path is not compared with others if it takes this much of the time that a straight line would.
+SHORT = 2.0
+
+# A link along the path that takes longer is a lift: up, across, and down at the feed of a plunge. s
+MOST_S = 4.0
 
 # From a place of a raster to its neighbours, and how far that is.
 NEIGHBOURS = tuple((i, j, math.hypot(i, j)) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j)
@@ -67,7 +77,7 @@ def linked(region, tracks, radius, clearance, feed_mm_s):
         return [None] * len(tracks)
     linker, found = _Linker(region, radius, clearance, feed_mm_s), [None]
     for before, track, is_known in zip(tracks, tracks[1:], known[1:]):
-        linker.ground.clear(before.elements)
+        linker.add(before)
         found.append(linker.link(before, track.start) if is_known else None)
     return found
 
@@ -78,6 +88,12 @@ class _Linker:
     def __init__(self, region, radius, clearance, feed_mm_s):
         self.region, self.clearance, self.feed_mm_s = region, clearance, feed_mm_s
         self.ground, self._grid = Ground(region.contours, radius), None
+        self.done = []
+
+    def add(self, track):
+        """A Track is cut."""
+        self.ground.clear(track.elements)
+        self.done.append(track.elements)
 
     def link(self, before, to):
         """Pieces from the end of a Track to a place; None."""
@@ -86,8 +102,17 @@ class _Linker:
             return ()
         if self._free(here, to):
             return self._paced([chains.line(here, to)])
-        route = self._back(before, to) or self._searched(here, to)
+        route = self._back(before, to) or self._found(here, to)
         return None if route is None else self._paced(route)
+
+    def _found(self, a, b):
+        """Elements along the path or over cleared ground, whichever is good enough first: along the path if that is
+        short, by a coarse search, along the path at all, by a fine search; None."""
+        known = self._along(a, b)
+        taken = math.inf if known is None else self._seconds(known)
+        if taken <= SHORT * math.dist(a, b) / self.feed_mm_s:
+            return known
+        return self._searched(a, b, COARSE) or (known if taken <= MOST_S else self._searched(a, b, 1))
 
     def _back(self, before, to):
         """Back along a Track to the place of it nearest to another place, and straight there; None."""
@@ -96,11 +121,38 @@ class _Linker:
             return None
         return self._shortened(back, True) + ([chains.line(at, to)] if gap > ON_PATH_MM else [])
 
+    def _along(self, here, to):
+        """Along the path of all Tracks so far; None where their paths do not touch."""
+        path = elements.join(self.done)
+        gap, index, t = chains.nearest(path, to)
+        at = to if gap <= ON_PATH_MM else chains.point(path, index, t)
+        chain = None if gap > ON_PATH_MM and not self._free(at, to) else along(path, here, at, ON_PATH_MM)
+        if chain is None or not len(chain):
+            return None
+        return self._shortened(chain, True) + ([chains.line(at, to)] if gap > ON_PATH_MM else [])
+
+    def _seconds(self, route):
+        """What single elements take, with the rapids on them."""
+        return sum(
+            engage_links.rapid_seconds(length) + engage_links.STOP_S if piece.rapid else length / self.feed_mm_s
+            for piece in self._paced(route)
+            for length in [float(elements.lengths(piece.elements).sum())]
+        )
+
     def _free(self, a, b):
         """Whether the tool meets nothing on a straight line."""
-        return self.ground.swept(chains.line(a, b), -engage_links.RIM_MM, engage_links.FINE_MM) and clear_segment(
-            self.region, a, b
-        )
+        return self.ground.swept(chains.line(a, b), -engage_links.RIM_MM, engage_links.FINE_MM) and self._within(a, b)
+
+    def _within(self, a, b):
+        """Whether a straight line keeps in the region: by strides as long as the distance of the border, exactly if
+        that comes too near."""
+        length, far = math.dist(a, b), 0.0
+        while far < length:
+            depth = float(self.ground.depth((a + (b - a) * (far / length))[None])[0])
+            if depth < NEAR_MM:
+                return clear_segment(self.region, a, b)
+            far += depth
+        return True
 
     def _shortened(self, chain, is_cleared):
         """A chain in single elements, lines instead of as much of it as they can be; None where one is not over cleared
@@ -119,15 +171,11 @@ class _Linker:
             k = max(last, k + 1)
         return found
 
-    def _searched(self, a, b):
-        """Lines over cleared ground, around what stands; None."""
+    def _searched(self, a, b, step):
+        """Lines over cleared ground, around what stands, by every so many places of the grid; None."""
         if self._grid is None:
             self._grid = Grid(self.region, self.ground)
         self._grid.refresh()
-        return self._by_places(a, b, COARSE) or self._by_places(a, b, 1)
-
-    def _by_places(self, a, b, step):
-        """The same by every so many places of the grid."""
         place, free = self._grid.point[::step, ::step], self._grid.cleared[::step, ::step]
         first, last = (self._seen(end, place, free) for end in (a, b))
         route = None if first is None or last is None else shortest(free, first, last)
