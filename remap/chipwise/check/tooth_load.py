@@ -89,8 +89,9 @@ class Profile:
         )  # of a wall, over its (n . d)^(1 - mc)
         self.lean = np.maximum.accumulate(1.0 / np.sqrt(1.0 + slope**2))  # n . d of a wall, over that of its heading
         self.lean[-1] = 1.0
-        pointed = geometry.shape in ("vee", "tapered-ball") and geometry.tip_angle and not geometry.corner_radius
-        self.end = math.sin(math.radians(geometry.tip_angle) / 2.0) if pointed else 1.0  # n . d of a plunge
+        is_point = geometry.shape in ("vee", "tapered-ball") and not geometry.corner_radius
+        tip = geometry.tip_angle if is_point else None
+        self.end = math.sin(math.radians(tip) / 2.0) if tip else 1.0  # n . d of a plunge
 
     def length(self, depth: Floats) -> Floats:
         """mm of edge, weighted as `edge`."""
