@@ -169,6 +169,10 @@ M2
 """
 
 
+# mm/s.  LinuxCNC 2.9 enters the arc at 42 mm/s; 2.10 brakes to 29 mm/s for it, from where what is predicted is enough.
+SLOW_ENTRY = 35.0
+
+
 @pytest.mark.parametrize("read_path, held", [("yes", True), ("no", False)])
 def test_an_arc_into_the_stock_is_seen_from_the_line_before(tmp_path, read_path, held):
     """In air at 50 mm/s along the edge, then a tangent arc of 4 mm into it.  With the program's path read from the
@@ -181,8 +185,9 @@ def test_an_arc_into_the_stock_is_seen_from_the_line_before(tmp_path, read_path,
         data = {name: stored[name] for name in stored.files}
     rates = judge(data)
     worst = rates.rate[rates.cutting].max() / (12000 / 60)
-    print(f"READ_PATH = {read_path}: peak {worst:.4f} of the target")
-    assert (worst < 1.02) == held
+    entry = data["velocity"][np.flatnonzero(data["motion_type"] == 3)[0]]
+    print(f"READ_PATH = {read_path}: peak {worst:.4f} of the target, {entry:.1f} mm/s into the arc")
+    assert (worst < 1.02) == (held or entry < SLOW_ENTRY)
 
 
 INVERSE = [(2.0 * (n % 2), 0.5 * n, (180.0, 240.0, 300.0)[n % 3]) for n in range(60)]  # x, y, F
