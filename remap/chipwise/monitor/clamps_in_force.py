@@ -35,9 +35,9 @@ class ClampsInForce:
         self.component, self.settings, self.names = component, settings, ()
         self.reply, self.executed = reasons.IDLE, 0
         self._base = None  # of M256; None: what is in the table
-        self._more = {}  # {JOB or COMMENTS: [(how many M256 come before it, Clamp)]}
+        self._more: dict = {}  # {JOB or COMMENTS: [(how many M256 come before it, Clamp)]}
         self.dropped = set()  # sources whose clamps M256 of the running program has taken away
-        self._before = None  # _base, _more of the table in force
+        self._before = self._base, self._more  # of the table in force
         self._due = (
             None  # (names, what clamps-taken will show, whether it showed a refusal before, when it is too late)
         )
@@ -118,6 +118,8 @@ class ClampsInForce:
     def look(self):
         """The reply to the last change, which is BUSY until the tracker has answered.  A refusal that was there before
         may be of an earlier table."""
+        if self._due is None:
+            return self.reply
         names, taken, was_refused, end = self._due
         shown, self.reply = self.component["clamps-taken"], reasons.BUSY
         if shown == taken:

@@ -67,7 +67,7 @@ class CommentClamps:
         self.reading.end()
 
     def _name(self):
-        return opened_name(self.loaded[0])
+        return opened_name(self.loaded[0] if self.loaded else "")
 
     def _load(self, status):
         """Another program, content or work offset: what was before ends."""
@@ -78,12 +78,12 @@ class CommentClamps:
         self.reading.end()
         self.loaded = found
         self._offer([])
-        if found and found[1] and self._has_word():
+        if found and found[1] and self._has_word(status.file):
             self.reading.ask({"ini": self.ini, "program": status.file, "scene": scene})
 
-    def _has_word(self):
+    def _has_word(self, path):
         with self.working():  # a disk may take seconds for a large file
-            return has_word(self.loaded[0])
+            return has_word(path)
 
     def _take(self, answer):
         if answer["why"]:

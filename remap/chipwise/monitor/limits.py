@@ -79,14 +79,15 @@ class Limits:
     def default_chip(self, number, shape, units):
         """The largest chip (mm) of a tool without chip_load, said once; 0: none.  shape: Tool in machine units, `units`
         a mm."""
+        material = self.material
         chip = (
-            default_chip(shape.diameter / units, shape.cutting.flutes, self.material)
+            default_chip(shape.diameter / units, shape.cutting.flutes, material)
             if self.settings["DEFAULT_CHIP"]
             else 0.0
         )
-        if chip and (number, chip, self.material.name) not in self.told:
-            self.told.add((number, chip, self.material.name))
-            self.saying.tell(DEFAULT.format(tool=number, chip=chip, material=self.material.name))
+        if chip and material and (number, chip, material.name) not in self.told:
+            self.told.add((number, chip, material.name))
+            self.saying.tell(DEFAULT.format(tool=number, chip=chip, material=material.name))
         return chip
 
     def note_bending(self, number, shape):
