@@ -56,7 +56,6 @@ LEFT = {
     "pattern/library.py": "_job",
     "program/sub_process.py": "run_sub",
     "resume/text.py": "rest",
-    "rewrite/assumed.py": "assumed",
     "rewrite/calls.py": "written_out",
     "rewrite/feed.py": "rewrite",
     "rewrite/run.py": "_rewritten _with_reserve rewritten",

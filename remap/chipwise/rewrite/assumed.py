@@ -17,14 +17,13 @@ from __future__ import annotations
 import copy
 from typing import TYPE_CHECKING
 
-from chipwise.check.assume import Named, assume, surveyed
+from chipwise.check.assume import assume, surveyed
 from chipwise.program.reader import Reader, Unreadable
 from chipwise.errors import format_length
 from chipwise.rewrite import depth_proof, read_back
 
 if TYPE_CHECKING:
-    from chipwise.check.assume import Assumption
-    from chipwise.clib.arrays import Corners
+    from chipwise.check.assume import Assumption, Named
     from chipwise.program.reader import Limits, Machine
     from chipwise.rewrite.run import Job
     from chipwise.tool_data.geometry import ToolGeometry
@@ -32,19 +31,11 @@ if TYPE_CHECKING:
 NEVER_RAISED = "no F is raised, because nobody has confirmed that"
 
 
-def assumed(
-    path: str,
-    machine: Machine,
-    line: int,
-    stock: Corners | None,
-    tool: int | None,
-    diameter: float | None,
-    limits: Limits,
-) -> Assumption:
-    """Assumption for a program that cannot be cut in `line`.  Raises Unknown."""
+def assumed(path: str, machine: Machine, line: int, named: Named, limits: Limits) -> Assumption:
+    """Assumption for a program that cannot be cut in `line`; named: by the user.  Raises Unknown."""
     few = {key: value for key, value in limits.items() if key in ("cpu_s", "quiet_s", "memory_mb")}
     survey = surveyed(Reader(path, machine, None, **few), machine)
-    return assume(survey, path, machine, line, Named(bool(stock), tool, diameter))
+    return assume(survey, path, machine, line, named)
 
 
 def machine_with(machine: Machine, assumption: Assumption) -> Machine:

@@ -12,6 +12,7 @@ import os
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Callable, Optional, Protocol, TypeVar, cast
 
+from chipwise.check.assume import Named
 from chipwise.program.program_file import Missing
 from chipwise.program.reader import Limits, Machine, Unreadable
 from chipwise.errors import CycleError, format_length, unnamed
@@ -74,7 +75,8 @@ def rewritten(
     try:
         return _rewritten(path, order, progress, machine, stock, cell, bounds)
     except Missing as error:
-        found = assumed.assumed(path, machine, error.line, stock, tool, diameter, bounds)
+        named = Named(bool(stock), tool, diameter)
+        found = assumed.assumed(path, machine, error.line, named, bounds)
     stock = (found.low, found.high) if found.low and found.high else stock
     if found.guessed and order.rates:
         order = replace(order, rates=replace(order.rates, raises=False))
