@@ -32,9 +32,9 @@ def is_there(number):
     return any(row["shmid"] == number and row["key"] for row in shared_memory())
 
 
-def test_the_last_writer_removes_the_memory(block):
+def test_the_last_one_of_linuxcnc_removes_the_memory(block):
     key, number = block
-    mapped = Mapped(key, False, SIZE)
+    mapped = Mapped(key, False, SIZE, True)
     assert len(mapped.memory) == SIZE
     mapped.close()
     assert not is_there(number)
@@ -44,14 +44,24 @@ def test_the_last_writer_removes_the_memory(block):
 def test_memory_that_another_has_stays(block):
     key, number = block
     other = LIBC.shmat(number, None, 0)
-    mapped = Mapped(key, False, SIZE)
+    mapped = Mapped(key, False, SIZE, True)
     mapped.memory[17] = 5
     mapped.close()
     assert is_there(number) and C.string_at(other, SIZE)[17] == 5
     LIBC.shmdt(other)
 
 
-def test_a_reader_removes_nothing(block):
+def test_a_plan_that_reads_removes_nothing(block):
     key, number = block
-    Mapped(key, True, SIZE).close()
+    Mapped(key, True, SIZE, False).close()
     assert is_there(number)
+
+
+def test_the_panel_that_is_last_removes_the_memory(block):
+    """On a busy computer the page looks at the map a moment longer than the monitor."""
+    key, number = block
+    panel, monitor = Mapped(key, True, SIZE, True), Mapped(key, False, SIZE, True)
+    monitor.close()
+    assert is_there(number)
+    panel.close()
+    assert not is_there(number)

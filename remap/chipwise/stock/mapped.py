@@ -35,13 +35,13 @@ class Mapped:
     """The memory under a key, mapped without hal.shm: 2.10 gives a warning at each use of it, and its getbuffer() of
     2.9 leaves the shape of the buffer unset (halmodule.cc, shm_buffer_getbuffer)."""
 
-    def __init__(self, key, read_only, least):
-        """least: bytes that it has at least."""
+    def __init__(self, key, read_only, least, removes):
+        """least: bytes that it has at least; removes: whether it belongs to the LinuxCNC that runs, see close()."""
         self._libc = C.CDLL(None, use_errno=True)
         self._libc.shmat.restype = C.c_void_p
         self._libc.shmdt.argtypes = [C.c_void_p]
         number = self._libc.shmget(C.c_int(key), C.c_size_t(least), 0o600)
-        self._number, self._read_only = number, read_only
+        self._number, self._removes = number, removes
         size = _size_of_ours(number) if number >= 0 else 0
         self._address = self._libc.shmat(number, None, SHM_RDONLY if read_only else 0) if number >= 0 else None
         if self._address in (None, C.c_void_p(-1).value):
@@ -53,13 +53,13 @@ class Mapped:
         self.memory = memoryview((C.c_char * size).from_address(self._address)).cast("B")
 
     def close(self):
-        """A writer that is the last to let the memory go removes it, as rtapi_shmem_delete() does: rtapi_app leaves a
-        map that is in use then, and a later LinuxCNC with another size could not have it.  The second close() does
-        nothing."""
+        """A process of LinuxCNC, monitor or panel, that is the last to let the memory go removes it, as
+        rtapi_shmem_delete() does: rtapi_app leaves a map that is in use then, and a later LinuxCNC with another size
+        could not have it.  The second close() does nothing."""
         if self._address is None:
             return
         self.memory = None
         self._libc.shmdt(self._address)
         self._address = None
-        if not self._read_only and any(row["shmid"] == self._number and row["nattch"] == 0 for row in shared_memory()):
+        if self._removes and any(row["shmid"] == self._number and row["nattch"] == 0 for row in shared_memory()):
             self._libc.shmctl(self._number, IPC_RMID, None)

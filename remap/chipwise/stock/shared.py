@@ -349,7 +349,7 @@ def attach(tracker=0, component=None, read_only=False):
             f"chipwise: stock map: there is no stock-tracker.{tracker}; start a LinuxCNC with chipwise.hal"
         ) from error
     try:
-        stock = of_key(key, read_only)
+        stock = of_key(key, read_only, True)
     except SharedStockError:
         if own:
             component.exit()
@@ -358,10 +358,10 @@ def attach(tracker=0, component=None, read_only=False):
     return stock
 
 
-def of_key(key=layout.STOCK_MAGIC, read_only=True):
+def of_key(key=layout.STOCK_MAGIC, read_only=True, removes=False):
     """The SharedStock under a key (that of stock-tracker.0 without one), for a process that has nothing to do with
-    HAL."""
-    mapped = Mapped(key, read_only, C.sizeof(_Head))
+    HAL; removes: as in Mapped."""
+    mapped = Mapped(key, read_only, C.sizeof(_Head), removes)
     stock = SharedStock(mapped.memory)
     stock._held = (mapped,)
     size = len(mapped.memory)
