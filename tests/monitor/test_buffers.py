@@ -58,14 +58,13 @@ def values(numbers):
 def test_what_a_killed_worker_held_is_free_again(semaphores, monkeypatch, ends):
     first, second, third = semaphores
     other = child_that_takes([third])
-    one = supervisor.Supervisor(None, None)
-    one.child = child_that_takes([first, second], [second])
+    one = supervisor.Child(child_that_takes([first, second], [second]))
     assert values(semaphores) == [0, 1, 0]
     if ends == "end":
         monkeypatch.setattr(supervisor, "LAST_WORDS_S", 0.0)
         one.end()
     else:
-        os.kill(one.child, signal.SIGKILL)
+        one.kill()
         while one.ended() is None:
             time.sleep(0.01)
     assert values(semaphores) == [1, 1, 0]  # a semaphore of somebody who lives is not touched

@@ -112,7 +112,7 @@ def test_cells_that_are_cut_while_they_are_read(tmp_path):
         machine.random_cut(rng)
         where.append(places)
         what.append(state(machine)[1].view(np.uint64).reshape(-1))
-    live._append(np.concatenate(where), np.concatenate(what), journal.Note(1.0, machine.stock.removed))
+    live._append(live._file, np.concatenate(where), np.concatenate(what), journal.Note(1.0, machine.stock.removed))
     assert np.array_equal(journal.read(live.path)[1], state(machine)[1])
 
 

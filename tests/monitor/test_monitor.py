@@ -207,7 +207,7 @@ def test_a_load_that_is_found_or_lost_between_two_looks_at_the_pins(watched, mon
 
 def test_a_monitor_in_place_of_another_sets_the_count_back(watched):
     """The first beat, once the tool is described: not while LinuxCNC does not answer."""
-    watched.component["heartbeat"], watched.begins, watched.status = 700, True, None
+    watched.component["heartbeat"], watched.begins, watched.task = 700, True, []
     watched.beat()
     assert watched.component["heartbeat"] == 700
     watched.step()
@@ -221,9 +221,10 @@ def test_a_late_look_ends_m251_for_another_program_only(watched, monkeypatch):
     fake = types.SimpleNamespace(MODE_AUTO=2, INTERP_IDLE=1, STATE_ON=4)
     watched.linuxcnc, pins, said = fake, watched.component, []
     watched.inform = said.append
-    watched.status = types.SimpleNamespace(
+    status = types.SimpleNamespace(
         task_mode=2, interp_state=3, task_state=4, file="one.ngc", echo_serial_number=1, motion_line=0
     )
+    watched.task = [status, None]
     pins.update({"mode": 2, "program-running": False, "program-loaded": 0, "feed-carried": False})
     watched.follow_run(0.0)
     watched.status.echo_serial_number = 9  # commands of the operator, seen seconds later

@@ -4,6 +4,7 @@
 supervisor.py       two processes: one owns the HAL pins, the other works and is replaced if it dies
 takeover.py         a new monitor continues on the signals of one that was killed
 component.py        the HAL pins
+watcher.py          LinuxCNC's task: status, commands, the operator
 worker.py           the work: tool, faults, override, guards
 hints.py            what the realtime side lacks: the path ahead, time
 tool_shape.py       a tool as the pins describe it

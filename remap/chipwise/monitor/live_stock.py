@@ -4,8 +4,8 @@
 Called by stock_files.py, in the working process of chipwise-monitor.  look() is a thread's, so that a slow disk holds
 up nothing else; note() is the monitor's.
 
- 1. The file is stock/journal.py's: the whole stock once, then the cells that have changed.  `_seen` has the cells as
-    the file has them.
+ 1. The file is stock/journal.py's: the whole stock once, then the cells that have changed.  `OpenFile.seen` has the
+    cells as the file has them.
  2. The map's generation says whether anything was cut at all.  Where: around the tips that note() has seen since the
     look before the last.
  3. What was cut elsewhere, because a look came late, is found by a part of the map that each look compares in turn.
@@ -44,6 +44,15 @@ def joined(one, other):
     return [pick(a, b) for pick, a, b in zip((min, max, min, max), one, other)]
 
 
+@dataclasses.dataclass
+class OpenFile:
+    """The file that is written, with the whole stock in it."""
+
+    writer: journal.Writer
+    generation: int  # of the map, up to which the file is
+    seen: np.ndarray  # (rows, columns) uint64, the cells as the file has them
+
+
 class LiveStock:
     """The file of one map."""
 
@@ -52,9 +61,10 @@ class LiveStock:
         saved."""
         self.path, self.stock, self.say, self.wanted = path, stock, say, wanted
         self.saved = None  # time.monotonic() up to which the file has everything that was near a tip
-        self._writer, self._definitions, self._generation = None, None, None
-        self._seen = None
-        self._tips, self._last_tips, self._next, self._unseen, self._retry = deque(maxlen=MOST_TIPS), [], 0, 0, 0.0
+        self._file = None  # OpenFile
+        self._definitions = None  # of the stock in the file on the disk, which another run may have written
+        self._tips: deque = deque(maxlen=MOST_TIPS)
+        self._last_tips, self._next, self._unseen, self._retry = [], 0, 0, 0.0
         self._was_gone = False
         self._note, self._kept, self._told, self._stop = journal.Note(), None, False, False
         self.written = None  # journal.Note of the last cells in the file
@@ -139,7 +149,7 @@ class LiveStock:
             )
 
     def _give_up(self):
-        writer, self._writer = self._writer, None
+        file, self._file = self._file, None
         self._close()
         self._kept = None
         try:
@@ -152,13 +162,13 @@ class LiveStock:
                     f"{self.path} is of another stock and was not deleted: {error.strerror}; delete it before you "
                     f"switch the computer off"
                 )
-        if writer is not None:
-            writer.close()
+        if file is not None:
+            file.writer.close()
 
     def _close(self):
-        if self._writer is not None:
-            self._writer.close()
-        self._writer = self._definitions = self._generation = self._seen = None
+        if self._file is not None:
+            self._file.writer.close()
+        self._file = self._definitions = None
 
     def _bring_up_to_date(self):
         began = time.monotonic()
@@ -170,24 +180,19 @@ class LiveStock:
             self._was_gone,
             not os.path.exists(self.path),
         )  # M250 removes it; if the stock is the same in the look after, it was refused
-        if (
-            self._writer is None
-            or self._definitions != raw.definitions
-            or self._writer.is_long
-            or gone
-            and self._was_gone
-        ):
+        file = self._file
+        if file is None or self._definitions != raw.definitions or file.writer.is_long or gone and self._was_gone:
             return self._begin(raw, head, cells, began)
         tips = [self._tips.popleft() for _ in range(len(self._tips))]
         before, self._last_tips = self._last_tips, tips
-        if raw.generation != self._generation:
+        if raw.generation != file.generation:
             self._unseen = cells.size
         elif self._unseen <= 0:
             self.saved = began
             return True
-        complete = self._save(head, cells, self._places(head, before + tips))
+        complete = self._save(file, head, cells, self._places(head, before + tips))
         if complete:
-            self._generation, self.saved = raw.generation, began
+            file.generation, self.saved = raw.generation, began
             self._unseen -= ROLLING_CELLS // cells.shape[1] * cells.shape[1] or cells.shape[1]
         return complete
 
@@ -202,8 +207,8 @@ class LiveStock:
         if seen is None:
             return False
         self._close()
-        self._writer, self._definitions, self._seen = writer, raw.definitions, seen.reshape(cells.shape)
-        self._generation, self._unseen, self.saved, self._told = raw.generation, cells.size, began, False
+        self._file, self._definitions = OpenFile(writer, raw.generation, seen.reshape(cells.shape)), raw.definitions
+        self._unseen, self.saved, self._told = cells.size, began, False
         return True
 
     def _whole(self, writer, raw, cells):
@@ -235,7 +240,8 @@ class LiveStock:
 
     def _places(self, head, tips):
         """Slices (rows, columns) of the map around the tips, and the part of it whose turn it is."""
-        boxes, before = [], None
+        boxes: list = []
+        before = None
         for x, y, reach in tips:
             tip = [
                 int((y - reach - head.low[1]) / head.cell),
@@ -257,13 +263,13 @@ class LiveStock:
         boxes.append([first, first + rows, 0, width])
         return [(slice(max(0, box[0]), max(0, box[1])), slice(max(0, box[2]), max(0, box[3]))) for box in boxes]
 
-    def _save(self, head, cells, places):
+    def _save(self, file, head, cells, places):
         """The cells of these places that have changed to the file; -> whether all could be read."""
         where, what, complete = [], [], True
         width = head.nx + 2
         removed = self.stock.removed  # before the cells: they have at least this much cut
         for rows, columns in places:
-            live, seen = cells[rows, columns], self._seen[rows, columns]
+            live, seen = cells[rows, columns], file.seen[rows, columns]
             if not live.size:
                 continue
             step = max(1, PART_CELLS // live.shape[1])
@@ -278,21 +284,21 @@ class LiveStock:
                 y, x = np.nonzero(part != old)
                 where.append((y + rows.start + first) * width + x + columns.start)
                 what.append(part[y, x])
-                old[y, x] = part[y, x]  # `old` is a view of _seen
+                old[y, x] = part[y, x]  # `old` is a view of file.seen
         if where:
-            self._append(np.concatenate(where), np.concatenate(what), self._noted(removed))
+            self._append(file, np.concatenate(where), np.concatenate(what), self._noted(removed))
         return complete
 
-    def _append(self, where, what, note):
+    def _append(self, file, where, what, note):
         try:
             for first in range(0, where.size, journal.BAND_CELLS):
-                self._writer.changes(
+                file.writer.changes(
                     where[first : first + journal.BAND_CELLS], what[first : first + journal.BAND_CELLS], note
                 )
-            self._writer.sync()
+            file.writer.sync()
             self.written = note
             self._told = False
         except OSError:
-            self._writer.close()  # a file that begins anew has what this one lacks
-            self._writer = None
+            file.writer.close()  # a file that begins anew has what this one lacks
+            self._file = None
             raise

@@ -55,9 +55,10 @@ class SetUp:
         self.saying = Saying(inform)
         self.feed_is_remapped = feed_is_remapped
         self.reading = Answering("chipwise.setup.job_process")
-        self.loaded = None  # (program, identity, identity of the job file, work offset) that was asked for
+        self.loaded: tuple = ()  # (program, identity, identity of the job file, work offset) that was asked for
         self.claims = False  # there is a set-up, or it is being read
-        self.answer, self.tools = None, {}
+        self.answer: dict = {}  # of the process; empty without a set-up
+        self.tools: dict = {}
         self.stock_is_due = False
         self.clamps = ClampRequest(component, stock_files, JOB)
         self.in_force = None  # (program, identity) that `job` is TRUE for
@@ -175,7 +176,7 @@ class SetUp:
 
     def _found(self, status):
         if not status.file:
-            return None
+            return ()
         scene = loaded.scene(status)
         job = path_of(status.file, self.settings.path("JOBS"))
         return (
@@ -192,7 +193,7 @@ class SetUp:
         with self.working():
             self._give_up_stock()
             self._give_up_clamps()
-        self.loaded, self.answer, self.tools, self.stock_is_due = found, None, {}, False
+        self.loaded, self.answer, self.tools, self.stock_is_due = found, {}, {}, False
         self.claims = bool(found and found[1] and found[2])
         self.asked, self.said_mode, self.said_tools = (0, 0.0), False, set()
         if self.claims:
@@ -224,7 +225,7 @@ class SetUp:
             )
         if self.reading.child is not None:  # too late for this run: it is read again behind it
             self.reading.end()
-            self.loaded = None
+            self.loaded = ()
         self.ran = True
 
     def _has_ended(self):
@@ -250,7 +251,7 @@ class SetUp:
         if reply is None:
             return False
         if reply != reasons.DONE:
-            self.answer, self.claims = None, False
+            self.answer, self.claims = {}, False
             self._withdraw()
             problem, remedy = reasons.REASONS[reply]
             self.saying.tell(
@@ -283,7 +284,7 @@ class SetUp:
         try:
             stock = Stock(low, high, coarsest, self.files.stock.capacity, 0, turn, finest)
         except CoreError as error:
-            self.answer, self.claims = None, False
+            self.answer, self.claims = {}, False
             self._withdraw()
             self.saying.tell(f"{self._name()}: its set-up is not used: {error}; set it up again")
             return

@@ -70,11 +70,11 @@ class Shadow:
         self.time = SetUpTime(component, self.is_on and feed_is_remapped)
         self.table = _tool_table(ini) if self.is_on else ""
         self.scene = None  # in which the loaded program was read
-        self.loaded = None  # (program, identity, work offset) that was asked for
+        self.loaded: tuple = ()  # (program, identity, work offset) that was asked for
         self.answer = None  # of the loaded program, if it has a stock
         self.wanted = None  # the same, until it is written
-        self.written = None  # (work offset, low, high) of the stock that is assumed
-        self.owner = None  # (program, identity) that it was assumed for last
+        self.written: tuple = ()  # (work offset, low, high) of the stock that is assumed
+        self.owner: tuple = ()  # (program, identity) that it was assumed for last
         self.asks_tool = None  # (tool, identity of the tool table) for which a tool was unknown
         self.pressed = bool(component["new-part"])
         self.tools, self.spindle, self.tries = {}, None, 0
@@ -89,12 +89,12 @@ class Shadow:
         if not is_idle(linuxcnc, status):
             if self.reading.child is not None or self.wanted is not None:
                 self.reading.end()  # too late for this run: it is read again behind it
-                self.loaded = self.wanted = None
+                self.loaded, self.wanted = (), None
             return
         scene = loaded.scene(status)
         place = loaded.place(scene)
         is_loaded = status.file and not is_splash(status.file)
-        found = (status.file, loaded.identity(status.file), place) if is_loaded else None
+        found = (status.file, loaded.identity(status.file), place) if is_loaded else ()
         if pressed:
             self._begin_part()
         if found != self.loaded or self.asks_tool and self.asks_tool != self._tool_state(scene):
@@ -116,7 +116,8 @@ class Shadow:
         """The program has a set-up (set_up.py): nothing is assumed."""
         self.reading.end()
         self.time.forget()
-        self.loaded = self.answer = self.wanted = self.written = self.owner = self.asks_tool = None
+        self.loaded = self.written = self.owner = ()
+        self.answer = self.wanted = self.asks_tool = None
         self.tools = {}
         self.saying.forget()
 
@@ -139,7 +140,7 @@ class Shadow:
         if self.pins["certain"]:
             self.saying.tell("the stock is not an assumed one, and New part does not change it; use M250")
             return
-        self.written, self.wanted = None, self.answer
+        self.written, self.wanted = (), self.answer
         self.pins["parts"] += 1
 
     # ---- the process -----------------------------------------------------------------------------------------------
@@ -177,7 +178,7 @@ class Shadow:
         if stock is None:
             self._tell_on(name, "")
         elif not is_still():
-            self.loaded = None  # read again behind the run
+            self.loaded = ()  # read again behind the run
         elif self._put(head_of(stock.head, removed), stock.cells_and_ring):
             self.written = place, *box
             if box == (low, high) or not before:
@@ -203,14 +204,16 @@ class Shadow:
         """(core.Stock or None if it is in the map already, mm3 cut of it, (low, high))."""
         finest, coarsest = self.files.stock.bounds
         room = finest, coarsest, self.files.stock.capacity
-        if before and _inside(*box, *before[1:]):
+        low, high = box
+        if before and _inside(low, high, *before[1:]):
             return None, 0.0, box
         taken = self.files.stock.take() if before else None
         if taken:
+            head, cells = taken
             larger = around(before[1:], box, turn)
             with contextlib.suppress(CoreError):  # too far apart: the new one alone
-                return join(*taken, larger, turn, room), taken[0].removed, larger
-        return Stock(*box, coarsest, room[2], 0, turn, finest), 0.0, box
+                return join(head, cells, larger, turn, room), head.removed, larger
+        return Stock(low, high, coarsest, room[2], 0, turn, finest), 0.0, box
 
     def _tell_on(self, name, how):
         """That the loaded program goes on in the stock of the one before."""
@@ -225,7 +228,7 @@ class Shadow:
             and not self.pins["certain"]
             and self._hold(lambda: self.files.stock.put(None, None))
         ):
-            self.written = self.owner = None
+            self.written = self.owner = ()
 
     def _put(self, found, cells):
         """-> whether the tracker has given the map away for it."""
@@ -252,7 +255,7 @@ class Shadow:
             self.is_on and found and shape.diameter <= 0 and self.pins["stock-defined"] and not self.pins["certain"]
         )
         self.pins["tool-assumed"] = assumed
-        return Tool(found[0] * units, found[1] * units, found[2]) if assumed else shape
+        return Tool(found[0] * units, found[1] * units, found[2]) if found and assumed else shape
 
 
 def _inside(low, high, low_before, high_before):

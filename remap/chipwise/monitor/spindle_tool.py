@@ -10,15 +10,17 @@ import os
 from chipwise.host.clock import patience
 from chipwise.errors import CycleError, unnamed
 from chipwise.monitor.tool_shape import Tool, tool_shape
+from chipwise.monitor.watcher import Watcher
 from chipwise.tool_data.geometry import tool_geometry
 
 DIFFER_S = 1.0  # tool numbers of HAL and status that differ for longer are a property of the machine
 
 
-class SpindleTool:
-    """Of a Monitor, which has component, status, settings, units, set_up, shadow, say() and inform()."""
+class SpindleTool(Watcher):
+    """The base of the Monitor."""
 
-    def __init__(self):
+    def __init__(self, linuxcnc, component, settings):
+        super().__init__(linuxcnc, component, settings)
         self.said_tool = self.noted_tool = None
         self.noted_rates = set()
         self.machine_tool = 0  # iocontrol.0.tool-number, before the last look at the status
@@ -59,7 +61,7 @@ class SpindleTool:
             if self.said_tool != str(error):
                 self.said_tool = str(error)
                 self.say(unnamed(error) + "; the feed is at most F")
-        self.show_tool(number, self.shadow.tool(number, self.set_up.tool(number, shape, self.units), self.units))
+        self.show_tool(number, self.as_set_up(number, shape))
 
     def show_tool(self, number, shape):
         pins = self.component
@@ -74,6 +76,10 @@ class SpindleTool:
         pins["max-force"], pins["tool-stiffness"] = shank.max_force, shank.stiffness
         self.note_bending(number, shape)
         pins["tool-diameter"] = shape.diameter
+
+    def as_set_up(self, _number, shape):
+        """A tool that the tool table lacks as the program's set-up or comments describe it."""
+        return shape
 
     def default_chip(self, _number, _shape):
         """mm of a tool without chip_load; 0: none."""

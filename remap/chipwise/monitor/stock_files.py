@@ -16,10 +16,13 @@ before a saved stock that is not that of the machine any more is deleted, the ne
 loss in that moment it may come back.
 """
 
+from __future__ import annotations
+
 import os
 import time
 from contextlib import nullcontext
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from chipwise.host.clock import patience
 from chipwise.host.files import JOURNAL, printable, read_bytes, remove_durable
@@ -31,6 +34,9 @@ from chipwise.monitor.open_mark import OpenMark
 from chipwise.stock import journal, reasons
 from chipwise.clib.layout import FileRequest
 from chipwise.program.program_file import opened_name
+
+if TYPE_CHECKING:
+    from chipwise.stock.shared import SharedStock
 
 HELD_TIMEOUT_S = (
     10.0  # for the tracker's answer, which comes in its next period: a busy computer may hold up either for seconds
@@ -53,6 +59,28 @@ def words_of(note, now):
     return f"{ago} ago ({time.strftime('%Y-%m-%d %H:%M:%S', time.localtime(note.time))}{tip}{line})"
 
 
+class NoMap:
+    """Before the map is attached: there is no stock, and no room for one."""
+
+    capacity = definitions = 0
+    removed = 0.0
+
+    def __bool__(self):
+        return False
+
+    def take(self):
+        return None
+
+    def clamp_table(self):
+        return None
+
+    def put(self, _found, _cells):
+        raise RuntimeError("the stock map is not attached yet")
+
+    def close(self):
+        pass
+
+
 class StockFiles:
     """The stock of one LinuxCNC and its files."""
 
@@ -60,7 +88,8 @@ class StockFiles:
         """component: the monitor's pins; say: function of a text for the operator; working: context of long work.
         place: function -> where the tool is (LiveStock.note)."""
         self.component, self.settings, self.say, self.working = component, settings, say, working
-        self.stock, self.place = None, place
+        self.stock: NoMap | SharedStock = NoMap()
+        self.place = place
         self.served = 0
         self.doubted = 0  # count() of the stock whose doubt is known
         self.clamps = ClampsInForce(component, settings)
@@ -91,10 +120,10 @@ class StockFiles:
             reply = self.clamps.look()
             if request == FileRequest.CLAMPS:
                 self.component["reply"] = reply
-        if self.kept_is_due:
+        if self.live and self.kept_is_due:
             self.kept_is_due = False
             with self.working():
-                self.restore_kept()
+                self.restore_kept(self.live)
             self.live.start()
         if self.kept_refused and self.was_on and self.refused_journal:
             self.refused_journal = False
@@ -106,7 +135,7 @@ class StockFiles:
 
     def attach(self):
         """The map, attached from the first period on: it is still needed when everything else has ended."""
-        if self.stock is None:
+        if not self.stock:
             from chipwise.stock import shared
 
             self.stock = shared.attach(0, self.component)
@@ -241,14 +270,14 @@ class StockFiles:
 
     # --- [CHIPWISE]KEEP_STOCK -----------------------------------------------------------------------------------
 
-    def restore_kept(self):
+    def restore_kept(self, live):
         """The stock of the last run, at the start.  The file is deleted: if this run ends without a monitor, no stock
         is better than one from before its cuts.  So one that cannot be deleted is not used."""
         from chipwise.stock import store
 
         path = self.path(store.KEPT)
         if os.path.exists(self.path(store.OPEN)):
-            self.restore_live()
+            self.restore_live(live)
             if os.path.exists(path):  # from before the last cuts
                 self.remove_kept(path)
             return
@@ -260,8 +289,8 @@ class StockFiles:
         else:
             reply = self.restore(path)
         if reply == reasons.DONE:
-            self.live.adopt(replace(journal.read_note(path) or journal.Note(time.time()), removed=self.stock.removed))
-            self.live.look()  # before the mark: at any moment one of the files has the stock
+            live.adopt(replace(journal.read_note(path) or journal.Note(time.time()), removed=self.stock.removed))
+            live.look()  # before the mark: at any moment one of the files has the stock
             self.open_mark.write()
             self.open_mark.wait()  # before: a power loss may bring the deleted file back
             self.remove_kept(path)
@@ -273,7 +302,7 @@ class StockFiles:
         problem, remedy = reasons.REASONS[reply][0], reasons.kept_remedy(reply)
         self.say(f"the stock of the last run was not restored ([CHIPWISE]KEEP_STOCK): {problem}; {remedy}")
 
-    def restore_live(self):
+    def restore_live(self, live):
         """The stock as it was saved last before a power loss."""
         from chipwise.stock import store
 
@@ -290,8 +319,8 @@ class StockFiles:
         except store.StoreError as error:
             reply = self.failed(error)
         if reply == reasons.DONE:
-            self.live.adopt(note)
-            self.live.look()
+            live.adopt(note)
+            live.look()
             self.say(
                 f"LinuxCNC did not end in order (power loss, crash): the stock is as saved "
                 f"{words_of(note, time.time())}; up to 1 s of cuts may be missing; "
@@ -309,27 +338,26 @@ class StockFiles:
         """Begin to save while the machine works."""
         if self.live is not None or not self.settings["KEEP_STOCK"]:
             return
-        self.live = LiveStock(self.path(JOURNAL), self.stock, self.say, self.is_kept)
+        live = self.live = LiveStock(self.path(JOURNAL), self.stock, self.say, self.is_kept)
         if not self.kept_is_due:  # another monitor was before: its file may be of another stock
-            self.removal.begin(self.begin_live)
+            self.removal.begin(lambda: self.begin_live(live))
 
-    def begin_live(self):
+    def begin_live(self, live):
         """Save without what another monitor has saved."""
         self.remove(self.path(JOURNAL))
-        self.live.start()
+        live.start()
 
     def end(self):
         """Save the stock for the next run and detach the map."""
         try:
             self.keep()
         finally:
-            if self.stock:
-                self.stock.close()
+            self.stock.close()
 
     def keep(self):
         """Save the stock for the next run; without a stock, delete the file of an earlier run, unless it was refused
         and nothing can have been cut since: the remedy may be a setting."""
-        if self.stock is None or not self.settings["KEEP_STOCK"] or self.kept_is_due:
+        if not self.stock or not self.settings["KEEP_STOCK"] or self.kept_is_due:
             return
         from chipwise.stock import store
 

@@ -46,6 +46,38 @@ def next_signal(seconds):
         time.sleep(GLANCE_S)
 
 
+class Child:
+    """A process that works."""
+
+    def __init__(self, number):
+        """number: that of the process."""
+        self.number = number
+        self.born = self.beaten = time.monotonic()  # s
+
+    def ended(self):
+        """Status of the child if it has ended, else None.  LinuxCNC's buffers are free then."""
+        number, status = os.waitpid(self.number, os.WNOHANG)
+        if not number:
+            return None
+        buffers.give_back(number)
+        return status
+
+    def kill(self):
+        os.kill(self.number, signal.SIGKILL)
+
+    def end(self):
+        """Ask the child to end and wait for it."""
+        os.kill(self.number, signal.SIGTERM)
+        until = time.monotonic() + patience(LAST_WORDS_S)
+        while time.monotonic() < until:
+            if self.ended() is not None:
+                return
+            time.sleep(GLANCE_S)
+        self.kill()
+        os.waitpid(self.number, 0)
+        buffers.give_back(self.number)
+
+
 class Supervisor:
     """One child after the other, until one ends by itself with status 0 or we are asked to end."""
 
@@ -53,16 +85,13 @@ class Supervisor:
         """work: function of the reason why the child before has ended ('' for the first one), run in the child, which
         ends with it.  heartbeat: function -> a number that changes while the child works."""
         self.work, self.heartbeat = work, heartbeat
-        self.child = None
-        self.born = self.beaten = 0.0  # time.monotonic(), s
         self.last_beat = None
 
     def start(self, reason):
-        parent = os.getpid()
-        self.child = os.fork()
-        self.born = self.beaten = time.monotonic()
-        if self.child:
-            return
+        """-> the Child."""
+        parent, number = os.getpid(), os.fork()
+        if number:
+            return Child(number)
         status = 1
         try:
             die_with_parent(parent)
@@ -77,53 +106,32 @@ class Supervisor:
         finally:
             os._exit(status)  # without destructors: the component is the parent's
 
-    def ended(self):
-        """Status of the child if it has ended, else None.  LinuxCNC's buffers are free then."""
-        number, status = os.waitpid(self.child, os.WNOHANG)
-        if not number:
-            return None
-        buffers.give_back(number)
-        return status
-
-    def look(self):
+    def look(self, child):
         """End a child that hangs; -> whether it did."""
         beat, now = self.heartbeat(), time.monotonic()
         if beat != self.last_beat:
-            self.last_beat, self.beaten = beat, now
-        if now - self.beaten < patience(HUNG_S):
+            self.last_beat, child.beaten = beat, now
+        if now - child.beaten < patience(HUNG_S):
             return False
-        os.kill(self.child, signal.SIGKILL)
+        child.kill()
         return True
-
-    def end(self):
-        """Ask the child to end and wait for it."""
-        os.kill(self.child, signal.SIGTERM)
-        until = time.monotonic() + patience(LAST_WORDS_S)
-        while time.monotonic() < until:
-            if self.ended() is not None:
-                return
-            time.sleep(GLANCE_S)
-        os.kill(self.child, signal.SIGKILL)
-        os.waitpid(self.child, 0)
-        buffers.give_back(self.child)
 
     def run(self):
         signal.pthread_sigmask(signal.SIG_BLOCK, OURS)
-        self.start("")
-        hung = False
+        child, hung = self.start(""), False
         while True:
             if next_signal(LOOK_S) in (signal.SIGTERM, signal.SIGINT):
-                self.end()
+                child.end()
                 return
-            status = self.ended()
+            status = child.ended()
             if status is None:
-                hung = self.look() or hung
+                hung = self.look(child) or hung
             elif status == 0:
                 return
             else:
-                if time.monotonic() - self.born < CALM_S and self.pause():
+                if time.monotonic() - child.born < CALM_S and self.pause():
                     return
-                self.start(f"hung for {HUNG_S:g} s" if hung else how_it_ended(status))
+                child = self.start(f"hung for {HUNG_S:g} s" if hung else how_it_ended(status))
                 hung = False
 
     @staticmethod

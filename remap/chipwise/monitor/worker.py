@@ -70,12 +70,7 @@ class Monitor(SpindleTool):
         run of LinuxCNC."""
         import linuxcnc
 
-        super().__init__()
-        self.linuxcnc = linuxcnc
-        self.component = component
-        self.settings = settings
-        self.status = self.command = None
-        self.units = 1.0
+        super().__init__(linuxcnc, component, settings)
         self.program = MainProgram()
         self.fallback_since = None
         self.said_fallback = self.said_ignored = False
@@ -100,30 +95,6 @@ class Monitor(SpindleTool):
         self.carried_feed = CarriedFeed(component, self.inform, is_remapped)
         self.hints = Hints(component, self.say, self.inform, linuxcnc)
         self.start_line, self.quiet = StartLine(settings, self.inform, first), None
-
-    def connect(self):
-        """True when LinuxCNC's task answers; it starts after HAL."""
-        if self.status is None:
-            try:
-                status = self.linuxcnc.stat()
-                status.poll()
-                command = self.linuxcnc.command()
-            except self.linuxcnc.error:
-                return False
-            self.status, self.command = status, command
-        try:
-            self.status.poll()
-        except self.linuxcnc.error:
-            return False
-        self.units = self.status.linear_units or 1.0
-        return True
-
-    def say(self, text):
-        """An error message on the operator's screen and in the log."""
-        text = printable(f"chipwise: {text}")
-        print(text, flush=True)
-        if self.command:
-            self.command.error_msg(text[:250])
 
     def follow_run(self, _now):
         """Whether a program runs, also while it is paused; not MDI.
@@ -163,9 +134,8 @@ class Monitor(SpindleTool):
             self.main_program(),
         )
 
-    def inform(self, text):
-        """An information on the operator's screen."""
-        self.command.text_msg(f"chipwise: {text}"[:250])
+    def as_set_up(self, number, shape):
+        return self.shadow.tool(number, self.set_up.tool(number, shape, self.units), self.units)
 
     def default_chip(self, number, shape):
         return self.limits.default_chip(number, shape, self.units)
@@ -176,7 +146,7 @@ class Monitor(SpindleTool):
     def beat(self):
         """The first beat in place of another monitor sets the count back (core/tool_watch.h, 3), once the tool is
         described."""
-        if self.begins and self.status is None:
+        if self.begins and not self.task:
             return
         self.component["heartbeat"] = 0 if self.begins else (self.component["heartbeat"] + 1) % MAX_BEATS
         self.begins = False
