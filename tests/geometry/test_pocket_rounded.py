@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The rounded corners of the rings of P0, and the links from ring to ring: tangent, inside, nothing left."""
+"""The rounded corners of the rings of P0 and P3, and the links between rings of P0: tangent, inside, nothing left."""
 
 import math
 
@@ -8,13 +8,15 @@ import pytest
 from support.engagement_shapes import SHAPES
 from support.random_cases import random_count, random_seed
 from support.pocket_judge import random_request
+from support.pocket_tracks_oracle import Cleared, broken, outside, residue, too_far_apart
 
 from chipwise.geometry.base import elements
 from chipwise.geometry.base.contour import make_contour
 from chipwise.geometry.base.elements import make_lines
+from chipwise.geometry.pocket.concentric import concentric
 from chipwise.geometry.pocket.machinable import inside, machinable_regions, split
 from chipwise.geometry.pocket.rings import contour_parallel
-from chipwise.geometry.pocket.rounded import CORNER, DEEPEST, RADII, rounded
+from chipwise.geometry.pocket.rounded import CORNER, DEEPEST, FLAT, RADII, rounded, smoothed
 from chipwise.geometry.pocket.wall_arcs import Walls
 
 RADIUS, STEP = 3.0, 2.4
@@ -117,3 +119,42 @@ def test_links_from_ring_to_ring_are_tangent():
     (plain,) = contour_parallel(region, RADIUS, STEP, 0.0, True)
     bent, straight = ((np.abs(bends(one.elements, False)) > CORNER).sum() for one in (track, plain))
     assert bent <= 1 and straight > 10
+
+
+def all_kept(arcs, corner):
+    return np.full(len(corner), True)
+
+
+def test_lines_with_corners_to_both_sides():
+    points = np.array(((0.0, 0.0), (20.0, 0.0), (20.0, 20.0), (40.0, 20.0), (40.0, 0.0)))
+    made, index = smoothed(points, [], 1.0, 0.75, 0.1, all_kept)
+    deep = 0.1 / (math.sqrt(2.0) - 1.0)
+    assert np.allclose(made.radius[made.is_arc], (0.75, deep, deep))
+    assert np.abs(bends(made, False)).max() < SAME_RAD and index.tolist() == [0, 0, 1, 1, 2, 2, 3]
+    assert np.allclose(made.end[:-1], made.start[1:]) and np.allclose(reach(made, points[[2, 3]]), 0.1)
+    assert smoothed(points, [1, 2, 3, 4], 1.0, 0.75, 0.1, all_kept)[0].is_arc.sum() == 0
+    assert smoothed(points, [], 1.0, 0.75, 0.1, lambda arcs, corner: corner[:, 1] > 10.0)[0].is_arc.sum() == 2
+
+
+def test_short_lines_become_arcs_alone():
+    angle = np.linspace(0.0, 1.5 * math.pi, 16)
+    points = 10.0 * np.column_stack((np.cos(angle), np.sin(angle)))
+    made, _ = smoothed(points, [], 1.0, 0.75, 0.24, all_kept)
+    assert made.is_arc.sum() == 14 and len(made) == 16 and (made.radius[made.is_arc] > 9.0).all()
+
+
+@pytest.mark.parametrize("name", sorted(SHAPES))
+def test_closed_paths_of_the_shapes(name):
+    contours = [make_contour(parts) for parts in SHAPES[name]]
+    for region in split(contours[0], contours[1:], RADIUS):
+        for climb in (True, False):
+            plain, tracks = (
+                concentric(region, RADIUS, STEP, 0.0, climb, walls)
+                for walls in (None, Walls(region, RADIUS, climb, 0.3))
+            )
+            job = Cleared(region, tracks, RADIUS)
+            assert broken(job) + outside(job) + too_far_apart(job, STEP, 1.0) + residue(job, 1.0) == []
+            sharp, bent = (
+                (np.abs(bends(elements.join([t.elements for t in one]), False)) > FLAT).sum() for one in (tracks, plain)
+            )
+            assert sharp < (0.7 if bent > 20 else 1.01) * bent

@@ -57,6 +57,9 @@ GAP_MM = 0.5
 # overlap by something, or every rounding leaves a wall of nothing between them.
 WIDEST = 0.995
 
+# A remainder narrower than this is not looked for after P3 with a step-over up to the tool radius: it leaves none. mm
+REST_MM = 0.01
+
 
 @dataclass(frozen=True)
 class PocketRequest:
@@ -278,6 +281,8 @@ def region_tracks(region, request):
     tracks = tuple(STRATEGIES[r.strategy](region, r.tool_radius, step, math.radians(r.direction), r.climb, walls))
     if r.strategy == 0 and step <= r.tool_radius:
         return tracks  # geometry/pocket/rings.py says why nothing is left then
+    if r.strategy == 3 and step <= r.tool_radius and walls is not None and walls.ground.left(REST_MM)[0] == 0.0:
+        return tracks  # much quicker than to ask polygons
     return tracks + rest_material.rest_tracks(region, tracks, r.tool_radius)
 
 

@@ -12,7 +12,8 @@ convex polygons.  Its steps, with its symbols:
 
 Departures: the polygon stays a little inside the curve (STRAYING), so that no chord leaves the machinable region.
 The number of parts follows from the step-over instead of being given.  Narrow branches keep fewer
-paths, and holes have paths of their own (baseline.py, 3 and 4).
+paths, and holes have paths of their own (baseline.py, 3 and 4).  With Walls the corners of closed paths are rounded
+(rounded.py), but for those in which one begins or ends.
 
 No residue up to a step-over of the tool radius: a point of the machinable region is never further from the next
 path than the step-over.  Above that a sharp turn may leave its outer corner to rest_material.py; it
@@ -31,6 +32,7 @@ from chipwise.geometry.base import chains
 from chipwise.geometry.pocket.baseline import BaseLine
 from chipwise.geometry.pocket.convex import Partition
 from chipwise.geometry.pocket.rings import contour_parallel
+from chipwise.geometry.pocket.rounded import RADII, smoothed
 from chipwise.geometry.pocket.scan import OVERLAP_SHARE
 from chipwise.geometry.pocket.tracks import along, make_track
 
@@ -48,6 +50,9 @@ TRAVEL = 8.0
 # From one closed path to the next the tool goes slantwise, over at least this many times the
 # step-over: straight out it would cut its full width.
 SLANT = 3.0
+
+# An arc in a corner of a closed path may be away from the corner by this share of STRAYING, to any side.
+ROUNDED = 0.5
 
 # Points of a path nearer than this are one. mm
 SAME_MM = 1e-6
@@ -80,17 +85,39 @@ class _Toolpath:
     nothing but closed paths of other contours comes after them."""
 
     def __init__(self, region, climb, straying, walls):
-        self.climb, self.near, self.closing, self.walls = climb, 2.0 * straying, False, walls
-        self.tracks, self.chains, self.flags, self.here = [], [], [], None
+        self.climb, self.straying, self.closing, self.walls = climb, straying, False, walls
+        self.tracks, self.points, self.flags, self.here, self.rounds = [], [], [], None, False
+        self.seams = []  # indices of points of this Track where closed paths begin and end
         self.contours = [along(contour, climb) for contour in region.contours]
         self.left = set(range(len(self.contours)))
         self.ends = []  # per fan: last points before the contour, tips, both (n, 2)
 
-    def lift(self, to=None):
-        """Ends the Track; the next one begins at `to` (2,) mm."""
-        if self.chains:
-            self.tracks.append(make_track(elements.join(self.chains), np.concatenate(self.flags)))
-        self.chains, self.flags, self.here = [], [], to
+    def lift(self, to=None, rounds=True):
+        """Ends the Track; the next one begins at `to` (2,) mm.  rounds: its corners may be rounded."""
+        self._end()
+        self.here, self.rounds = to, rounds and self.walls is not None
+
+    def _end(self, *parts):
+        """Ends the Track with runs of elements."""
+        lines = self._lines() if self.points else None
+        parts = ([] if lines is None else [lines]) + [(part, np.full(len(part), True)) for part in parts]
+        if parts:
+            chain, flags = zip(*parts)
+            self.tracks.append(make_track(elements.join(chain), np.concatenate(flags)))
+        self.points, self.flags, self.seams, self.here = [], [], [], None
+
+    def seam(self):
+        """A closed path begins or ends here: its corner stays, as routes back lead through it."""
+        self.seams.append(sum(map(len, self.points)) - 1)
+
+    def _lines(self):
+        """(Elements, flags (n,) bool) of the lines of this Track, its corners rounded if walls are given."""
+        points, flags = np.concatenate(self.points), np.concatenate(self.flags)
+        if not self.rounds:
+            return elements.make_lines(points[:-1], points[1:]), flags
+        size = min(RADII[1] * self.walls.radius, self.straying / STRAYING)
+        chain, index = smoothed(points, self.seams, self.walls.side, size, ROUNDED * self.straying, self.walls.keeps)
+        return chain, flags[index]
 
     def go(self, points, cutting=True):
         """Adds lines from here along points (n, 2); points on the same position count once."""
@@ -99,22 +126,23 @@ class _Toolpath:
         cutting = np.broadcast_to(cutting, len(keep))[keep]
         points = points[np.concatenate(([True], keep))]
         if len(cutting):
-            self.chains.append(elements.make_lines(points[:-1], points[1:]))
+            self.points.append(points[1:] if self.points else points)
             self.flags.append(cutting)
         self.here = points[-1]
 
     def heading(self):
         """Of the path that ends here; None where none does."""
-        if not self.chains:
+        if not self.points:
             return None
-        x, y = (self.chains[-1].end[-1] - self.chains[-1].start[-1]).tolist()
+        last = np.concatenate(self.points[-2:])[-2:]
+        x, y = (last[1] - last[0]).tolist()
         return math.atan2(y, x)
 
     def contour(self, tip):
         """Goes on to a tip and runs the contour nearest to it, if it is still to run."""
         positions = [chains.nearest(loop, tip) for loop in self.contours]
         k = min(range(len(positions)), key=lambda n: positions[n][0])
-        if k not in self.left or positions[k][0] > self.near:
+        if k not in self.left or positions[k][0] > 2.0 * self.straying:
             return
         self.left.discard(k)
         loop = chains.rotated(self.contours[k], *positions[k][1:])
@@ -126,10 +154,7 @@ class _Toolpath:
         loop = loop if arcs is None else chains.rotated(loop, *arcs[1])
         if self.walls is not None:
             loop = self.walls.finished(loop)
-        loop = loop if arcs is None else elements.join((arcs[0], loop))
-        self.chains.append(loop)
-        self.flags.append(np.full(len(loop), True))
-        self.lift()
+        self._end(*([] if arcs is None else [arcs[0]]), loop)
 
     def finished(self):
         """All Tracks.  Contours still to run begin beside a closed path, or anywhere."""
@@ -140,11 +165,19 @@ class _Toolpath:
                 inner, tips = (np.concatenate(part) for part in zip(*self.ends))
                 gap = elements.distances(loop, np.tile(np.arange(n), len(tips)), np.repeat(tips, n, axis=0))
                 spoke = int(np.argmin(gap.reshape(-1, n).min(axis=1)))
-                self.lift(inner[spoke])
+                self.lift(self._on_path(inner[spoke]))
                 self.contour(tips[spoke])
             if k in self.left:
                 self.tracks.append(make_track(loop, wall=True))
         return tuple(self.tracks)
+
+    def _on_path(self, place):
+        """The place of the Tracks nearest to another one: an arc in a corner does not lead through the corner."""
+        if self.walls is None or not self.tracks:
+            return place
+        path = elements.join([track.elements for track in self.tracks])
+        gap, index, t = chains.nearest(path, place)
+        return place if gap <= SAME_MM else chains.point(path, index, t)
 
 
 def _clear(toolpath, partition, radius, limit, gap):
@@ -154,7 +187,7 @@ def _clear(toolpath, partition, radius, limit, gap):
     line = BaseLine(partition)
     for nodes, cutting in line.walks(TRAVEL * radius):
         if len(nodes) > 1:
-            toolpath.lift(line.node[nodes[0]])
+            toolpath.lift(line.node[nodes[0]], False)  # closed paths begin at its corners
             toolpath.go(line.node[nodes[1:]], cutting)
     for fan in line.fans():
         parts, every = line.divided(fan, gap)
@@ -184,8 +217,10 @@ def _closed_paths(toolpath, fan, parts, every, gap):
         ahead, share = _slant(ring, every[on] == kept, SLANT * gap)
         levels = level + (k - level) * share
         toolpath.go((base[on] + spoke[on] * levels[:, None] / parts)[: ahead + 1])
+        toolpath.seam()
         toolpath.go(np.roll(ring, -ahead, axis=0))
         toolpath.go(ring[ahead : ahead + 1])
+        toolpath.seam()
         start, level = int(on[ahead]), k
     return base[start] + spoke[start]
 

@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """Corners of a ring rounded by arcs, so that the tool need not stop in them.
 
-Called by rings.py.  Lengths mm, angles rad.
+Called by rings.py, and by concentric.py (smoothed).  Lengths mm, angles rad.
 
 Only corners that turn left are rounded, with the cleared side on the left: the arc lies inside of the ring.  It leaves
 nothing.  A place inside of the ring is as near to it as the radius of a circle about the place that keeps inside of the
 ring.  If that circle is wider than the arc it touches the ring beside the part that the arc replaces; if not, the place
 is within the radius of the arc, or of the depth of the corner, from the arc.  Both are below the tool radius.
+
+The closed paths of P3 are lines with corners to both sides.  Those to the left get such arcs; the others, and flat
+ones, any arc that stays within a depth of the corner, by which the paths are nearer to one another than they have to.
 """
 
 import numpy as np
@@ -25,8 +28,14 @@ CORNER = 0.15
 # An arc may take this share of the element before and after it.
 SHARE = 0.49
 
+# Corners of lines that turn less are passed without a stop. rad
+FLAT = 0.03
+
 # A corner is not looked at if lines would need this much more room for the arc: curved elements may do with less.
 LIKELY = 3.0
+
+# Lines that arcs leave nothing of. mm
+NO_LENGTH_MM = 1e-7
 
 
 def rounded(loop: Elements, radius) -> Elements:
@@ -41,6 +50,38 @@ def rounded(loop: Elements, radius) -> Elements:
         if len(open_):
             arcs.update(_arcs(loop, open_, after[open_], share * radius, DEEPEST * radius))
     return _with(loop, arcs) if arcs else loop
+
+
+def smoothed(points, sharp, side, size, stray, keeps):
+    """(Elements, index of a line (n,) for each) of lines along points (n, 2) with arcs in their corners.
+
+    sharp: indices of points that stay.  side: 1 if the cleared side is on the left, else -1.  An arc in a corner to
+    that side has a radius of `size`, or, like all others, one that stays within `stray` of the corner; it takes at most
+    half of each line.  keeps: whether arcs may be where they are (Elements, places (n, 2) of the corners) -> (n,)
+    bool."""
+    along = np.diff(points, axis=0)
+    length = np.hypot(*along.T)
+    turn = np.arctan2(cross(along[:-1], along[1:]), dot(along[:-1], along[1:]))
+    bent = (np.abs(turn) > FLAT) & (np.abs(turn) < np.pi - CORNER)
+    at = np.flatnonzero(bent)
+    at = at[~np.isin(at + 1, sharp)]
+    turn, half = turn[at], np.tan(0.5 * np.abs(turn[at]))
+    radius = np.maximum(stray / (np.hypot(1.0, half) - 1.0), np.where(side * turn > 0.0, size, 0.0))
+    radius = np.minimum(radius, 0.5 * np.minimum(length[at], length[at + 1]) / half)
+    unit, corner = along / length[:, None], points[at + 1]
+    first, last = (corner + s * (radius * half)[:, None] * unit[k] for s, k in ((-1.0, at), (1.0, at + 1)))
+    normal = np.copysign(1.0, turn)[:, None] * np.stack((-unit[at, 1], unit[at, 0]), axis=1)
+    arcs = elements.make_arcs(first, last, first + radius[:, None] * normal, radius, turn)
+    kept = keeps(arcs, corner)
+    arcs, at = elements.take(arcs, kept), at[kept]
+    start, end = points[:-1].copy(), points[1:].copy()
+    start[at + 1], end[at] = arcs.end, arcs.start
+    lines = elements.make_lines(start, end)
+    index = np.concatenate((np.arange(len(lines)), at))
+    order = np.lexsort((np.arange(len(index)) >= len(lines), index))
+    chain = elements.take(elements.join((lines, arcs)), order)
+    long = elements.lengths(chain) > NO_LENGTH_MM
+    return elements.take(chain, long), index[order][long]
 
 
 def _turns(loop, after):

@@ -73,6 +73,15 @@ class Walls:
         ]
         return found[0] if len(found) == 1 else self.region
 
+    # ---- arcs in corners ---------------------------------------------------------------------------------------------
+
+    def keeps(self, arcs, corner):
+        """Which (n,) bool of arcs in corners (n, 2) of a path in the region keep within it."""
+        sure = self.ground.depth(corner) >= np.hypot(*(arcs.start - corner).T)
+        for k in np.flatnonzero(~sure):
+            sure[k] = inside(self.ground, elements.take(arcs, [k]))
+        return sure
+
     # ---- from a ring beside a wall -----------------------------------------------------------------------------------
 
     def onto(self, here, heading, loop, step):
