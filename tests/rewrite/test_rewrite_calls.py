@@ -11,7 +11,7 @@ from chipwise.rewrite import read_back
 from chipwise.rewrite import calls
 from chipwise.rewrite.blocks import blocks_of
 from chipwise.rewrite.line_marks import watched
-from chipwise.rewrite.program import read
+from chipwise.rewrite.program import Reads, read
 from chipwise.rewrite.marked_reader import Followed
 from chipwise.rewrite.unroll import Unroller
 from support.calls_oracle import acts, difference
@@ -35,7 +35,7 @@ def without_blocks(path, ini, share=1.0, seed=0):
     rng = random.Random(seed)
     blocks = sorted(set(program.blocks.outermost.values()), key=lambda block: block.first)
     chosen = {block for block in blocks if rng.random() < share}
-    return calls._without(Followed(program, machine, None), chosen, lambda name: read(name, machine), machine, None, {})
+    return calls._without(Followed(program, machine, None), chosen, Reads(machine, None, {}))
 
 
 def test_random_programs(tmp_path, machine):
@@ -121,9 +121,7 @@ def test_a_fault_is_seen(tmp_path, machine, monkeypatch, written, name):
     monkeypatch.setattr(calls, "Unroller", Wrong)
     own = Machine(str(machine))
     with pytest.raises(read_back.Different):
-        calls._without(
-            followed, set(followed.program.blocks.outermost.values()), lambda file: read(file, own), own, None, {}
-        )
+        calls._without(followed, set(followed.program.blocks.outermost.values()), Reads(own, None, {}))
 
 
 DEEP = {  # program, parts of the new one

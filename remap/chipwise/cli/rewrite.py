@@ -13,6 +13,7 @@ Exit status: 0 written, 2 the program cannot be rewritten; nothing is written th
 import math
 import os
 import sys
+from dataclasses import replace
 
 from chipwise.cli import rewrite_folder
 from chipwise.options.machine import Progress, add_machine_options, ini_of, machine_of, refuser, tool_of
@@ -77,9 +78,10 @@ def run(options):
 
     check_options(options)
     arguments = machine_of(options, refuse)
-    arguments.update(tool_of(options.tool, options.tool_diameter, arguments["machine"], refuse, "--tool-diameter"))
+    machine, cell = arguments["machine"], arguments.pop("cell")
+    named = tool_of(options.tool, options.tool_diameter, machine, refuse, "--tool-diameter")
     exit_on_sigterm()
-    order = order_of(options, arguments["machine"])
+    order = replace(order_of(options, machine), cell=cell, tool=named["tool"], tool_diameter=named["diameter"])
     if os.path.isdir(options.program):
         return rewrite_folder.run(options, {"order": order, **arguments}, refuse)
     progress = Progress(sys.stderr)

@@ -162,9 +162,7 @@ def _rewrite(program, machine, settings, result, folder, limits, progress, verdi
     if flute and not any(finding.rule == FLUTE for finding in result.findings.kept) and not result.findings.dropped:
         return None
     try:
-        data, said = rewritten(
-            program, _order(settings, machine, flute), progress, machine, tool=machine.tool or None, **limits
-        )
+        data, said = rewritten(program, _order(settings, machine, flute), progress, machine, **limits)
         with open(program, "rb") as file:
             if file.read() == data:
                 return FLUTE if flute else RATE
@@ -191,7 +189,8 @@ def _order(settings, machine, flute):
     from chipwise.rewrite.run import Order
 
     if flute:
-        return Order()
+        return Order(tool=machine.tool or None)
     if not settings["FILTER_RATE"]:
         raise Unreadable("[CHIPWISE]FILTER_RATE is 0", "give a removal rate in cm3/min")
-    return Order(feed.Rates(settings["FILTER_RATE"] * MM3_PER_CM3, ceiling=settings["FILTER_CEILING"] or None))
+    rates = feed.Rates(settings["FILTER_RATE"] * MM3_PER_CM3, ceiling=settings["FILTER_CEILING"] or None)
+    return Order(rates, tool=machine.tool or None)

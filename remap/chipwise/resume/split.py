@@ -20,7 +20,7 @@ from chipwise.resume.place import Place
 from chipwise.rewrite import read_back
 from chipwise.rewrite import calls
 from chipwise.rewrite.edits import Edits, original
-from chipwise.rewrite.program import Circle, read
+from chipwise.rewrite.program import Circle, Reads
 from chipwise.rewrite.text import Writer
 
 ROUNDS = 6
@@ -158,9 +158,7 @@ class Split:
             raise Unreadable("nothing moves behind the stop", "nothing is left to go on with")
         if real[number] != step:
             fraction = 0.0
-        self.followed = calls._without(
-            self.followed, {block}, lambda name: read(name, job.machine, **job.limits), job.machine, None, job.limits
-        )
+        self.followed = calls._without(self.followed, {block}, Reads(job.machine, None, job.limits))
         new = self.followed.program
         first = int(self.path.move[0])
         before = int(np.searchsorted(real, old.step[first]))

@@ -62,7 +62,7 @@ def keep_flutes(job: Job) -> tuple[bytes, str]:
     found = depth_proof.too_deep(job.program, job.geometry, job.cell, read_back.OVER_MM)
     if found:
         worst = max(found, key=lambda witness: witness.depth - witness.tool.flutes)
-        unit = job.machine.unit
+        unit = job.reads.machine.unit
         raise Unreadable(
             f"tool {worst.tool.number} cuts {format_length(round(worst.depth, 3), unit)} deep in the assumed stock, "
             f"its flutes are "

@@ -28,9 +28,6 @@ class Arguments(TypedDict, total=False):
     order: Order
     machine: Machine
     stock: Corners | None
-    cell: float | None
-    tool: int | None
-    diameter: float | None
     cpu_s: float
     quiet_s: float
     memory_mb: float

@@ -27,12 +27,10 @@ from chipwise.rewrite.marked_reader import AT, ITEM, LINE_NUMBER, WHAT, Followed
 from chipwise.rewrite.unroll import Unroller
 
 if TYPE_CHECKING:
-    from chipwise.clib.arrays import Corners
     from chipwise.program.executed_words import MarkItem
-    from chipwise.program.reader import Limits, Machine
     from chipwise.rewrite.blocks import Block
     from chipwise.rewrite.edits import Edits
-    from chipwise.rewrite.program import Program
+    from chipwise.rewrite.program import Program, Reads
 
 _Figures = TypeVar("_Figures")  # those of flute.py or feed.py
 
@@ -48,26 +46,19 @@ def has_blocks(program: Program) -> bool:
 
 
 def written_out(
-    program: Program,
-    found: tuple[Edits, _Figures],
-    edits_of: Callable[[Program], tuple[Edits, _Figures]],
-    read_it: Callable[[str], Program],
-    machine: Machine,
-    stock: Corners | None,
-    limits: Limits,
+    program: Program, found: tuple[Edits, _Figures], edits_of: Callable[[Program], tuple[Edits, _Figures]], reads: Reads
 ) -> tuple[Followed, tuple[Edits, _Figures]]:
     """-> (Followed program, its (Edits, Figures)): no step that they change is in a block.
 
-    found: (Edits, Figures) of the Program; edits_of: Program -> (Edits, Figures); read_it: path -> Program; machine,
-    stock, limits: of reader.Reader.  Raises Unreadable, Different.
+    found: (Edits, Figures) of the Program; edits_of: Program -> (Edits, Figures).  Raises Unreadable, Different.
     """
-    now, (edits, figures) = Followed(program, machine, stock, limits=limits), found
+    now, (edits, figures) = Followed(program, reads.machine, reads.stock, limits=reads.limits), found
     for _ in range(ROUNDS):
         blocks = {block for block in map(now.program.block_of, edits.changed()) if block}
         if not blocks:
             return now, (edits, figures)
         try:
-            now = _without(now, blocks, read_it, machine, stock, limits)
+            now = _without(now, blocks, reads)
         except Unreadable as error:
             error.line = now.line_of(error.line)
             raise
@@ -75,22 +66,15 @@ def written_out(
     raise Unreadable(f"calls and loops cannot be written out in {ROUNDS} rounds", "write the program out without them")
 
 
-def _without(
-    now: Followed,
-    blocks: set[Block],
-    read_it: Callable[[str], Program],
-    machine: Machine,
-    stock: Corners | None,
-    limits: Limits,
-) -> Followed:
+def _without(now: Followed, blocks: set[Block], reads: Reads) -> Followed:
     """The Followed program without some Blocks [2]."""
     unroller = Unroller(now)
     data = unroller.write(blocks)
     with OwnFolder("rewrite") as folder:
         path = put(folder, os.path.basename(now.program.path), data)
         try:
-            new = read_it(path)
-            after = Followed(new, machine, stock, now, unroller, limits=limits)
+            new = reads.program(path)
+            after = Followed(new, reads.machine, reads.stock, now, unroller, limits=reads.limits)
         except Unreadable as error:
             raise read_back.Different(f"with its calls and loops written out it cannot be read ({error})") from error
     same_program(now.program, new)

@@ -50,6 +50,16 @@ class Rates:
     raises: bool = True
 
 
+@dataclass(frozen=True)
+class Order:
+    """cell: mm; speeds: (3,) mm/s of the axes, None where unknown; fixed: numbers of lines whose F stays."""
+
+    cell: float
+    rates: Rates
+    speeds: Sequence[Optional[float]]
+    fixed: Iterable[int] = ()
+
+
 @dataclass
 class Figures:
     """Seconds at the feeds alone."""
@@ -66,18 +76,10 @@ class Figures:
 class Feeder:
     """One program."""
 
-    def __init__(
-        self,
-        program: Program,
-        geometry: dict[int, ToolGeometry],
-        cell: float,
-        rates: Rates,
-        speeds: Sequence[float | None],
-        fixed: frozenset[int],
-    ) -> None:
-        self.program, self.rates, self.cell = program, rates, cell
-        self.speeds = np.array([s or np.inf for s in speeds]) * 60.0  # mm/min of the axes
-        self.fixed = fixed  # lines whose F stays
+    def __init__(self, program: Program, geometry: dict[int, ToolGeometry], order: Order) -> None:
+        self.program, self.rates, self.cell = program, order.rates, order.cell
+        self.speeds = np.array([s or np.inf for s in order.speeds]) * 60.0  # mm/min of the axes
+        self.fixed = frozenset(order.fixed)  # lines whose F stays
         self.sections = sections.sections(program, geometry)
         self.edits, self.figures = Edits(), Figures()
 
@@ -222,18 +224,8 @@ def grouped(
 
 
 def rewrite(
-    program: Program,
-    geometry: dict[int, ToolGeometry],
-    cell: float,
-    rates: Rates,
-    speeds: Sequence[float | None],
-    fixed: Iterable[int] = (),
-    progress: Callable[[float], object] | None = None,
+    program: Program, geometry: dict[int, ToolGeometry], order: Order, progress: Callable[[float], object] | None = None
 ) -> tuple[Edits, Figures]:
-    """(Edits, Figures) of a program: JP3131045.
-
-    geometry: {number: ToolGeometry}; cell: mm; rates: Rates; speeds: (3,) mm/s of the axes, None where unknown; fixed:
-    numbers of lines whose F stays.  Raises Unreadable.
-    """
-    feeder = Feeder(program, geometry, cell, rates, speeds, frozenset(fixed))
+    """(Edits, Figures) of a program: JP3131045.  geometry: {number: ToolGeometry}.  Raises Unreadable."""
+    feeder = Feeder(program, geometry, order)
     return feeder.run(progress), feeder.figures

@@ -28,7 +28,7 @@ from chipwise.rewrite.words import only_comment, plain_move, words_of
 if TYPE_CHECKING:
     from chipwise.clib.arrays import Bools, Corners, Floats, Ints
     from chipwise.program.executed_words import MarkItem
-    from chipwise.program.reader import Machine
+    from chipwise.program.reader import Limits, Machine
     from chipwise.rewrite.blocks import Block
 
 MOST_MOVES = 4_000_000  # 500 MB
@@ -416,6 +416,20 @@ def read(
         program = collector.program(path, reader.messages, first_modes(machine), text)
         program.notes = [*reader.notes, *program.lead.notes]
         return program
+
+
+@dataclass(frozen=True)
+class Reads:
+    """How programs are read: machine, stock, most and limits as in read()."""
+
+    machine: Machine
+    stock: Optional[Corners]
+    limits: Limits
+    most: int = MOST_MOVES
+
+    def program(self, path: str, text: bool = True) -> Program:
+        """That of a file."""
+        return read(path, self.machine, self.stock, text=text, most=self.most, **self.limits)
 
 
 def first_modes(machine: Machine) -> Modes:

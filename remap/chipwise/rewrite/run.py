@@ -9,8 +9,8 @@ from __future__ import annotations
 import functools
 import math
 import os
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Callable, Optional, Protocol, TypeVar, cast
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Callable, Optional, TypeVar, cast
 
 from chipwise.check.assume import Named
 from chipwise.program.program_file import Missing
@@ -22,7 +22,7 @@ from chipwise.rates import MM3_PER_CM3, MM3_PER_IN3
 from chipwise.rewrite import depth_proof, expected_program, read_back as proof, sections
 from chipwise.rewrite import assumed, calls, feed, flute
 from chipwise.rewrite.fed import feed_traverses
-from chipwise.rewrite.program import SYNCHRONISED, Program, read
+from chipwise.rewrite.program import SYNCHRONISED, Program, Reads
 from chipwise.rewrite.text import Writer
 from chipwise.rewrite.trials import RESERVE_MM
 from chipwise.rewrite.words import plain_move, words_of
@@ -48,11 +48,16 @@ MOST_BYTES = 2_000_000_000
 
 @dataclass(frozen=True)
 class Order:
-    """What is asked for.  rates: feed.Rates, None: respect the flutes; whole, diameter (mm): of flute.Order."""
+    """What is asked for.  rates: feed.Rates, None: respect the flutes; whole, diameter (mm): of flute.Order; cell: mm,
+    None: as the program asks for; tool: number, tool_diameter: mm, of the one in the spindle at the beginning, or
+    None."""
 
     rates: Optional[feed.Rates] = None
     whole: bool = False
     diameter: Optional[float] = None
+    cell: Optional[float] = None
+    tool: Optional[int] = None
+    tool_diameter: Optional[float] = None
 
 
 def rewritten(
@@ -61,62 +66,49 @@ def rewritten(
     progress: Callable[[float], object],
     machine: Machine,
     stock: Corners | None = None,
-    cell: float | None = None,
-    tool: int | None = None,
-    diameter: float | None = None,
     **limits: float | None,
 ) -> tuple[bytes, str]:
     """-> (bytes of the new program, what is said).  Raises Unreadable, Different, FolderError, MemoryError.
 
-    machine: reader.Machine; stock: (low, high) mm in work coordinates or None; cell: mm; tool: number, diameter: mm, of
-    the one in the spindle at the beginning, or None; limits: those of Reader.
+    machine: reader.Machine; stock: (low, high) mm in work coordinates or None; limits: those of Reader.
     """
-    bounds = cast(Limits, limits)  # mypy 1.0 has no Unpack of a TypedDict
+    reads = Reads(machine, stock, cast(Limits, limits))  # mypy 1.0 has no Unpack of a TypedDict
     try:
-        return _rewritten(path, order, progress, machine, stock, cell, bounds)
+        return _rewritten(path, order, progress, reads)
     except Missing as error:
-        named = Named(bool(stock), tool, diameter)
-        found = assumed.assumed(path, machine, error.line, named, bounds)
+        named = Named(bool(stock), order.tool, order.tool_diameter)
+        found = assumed.assumed(path, machine, error.line, named, reads.limits)
     stock = (found.low, found.high) if found.low and found.high else stock
     if found.guessed and order.rates:
         order = replace(order, rates=replace(order.rates, raises=False))
-    data, said = _rewritten(path, order, progress, assumed.machine_with(machine, found), stock, cell, bounds, found)
+    reads = replace(reads, machine=assumed.machine_with(machine, found), stock=stock)
+    data, said = _rewritten(path, order, progress, reads, found)
     return data, "; ".join([*found.notes, *([assumed.NEVER_RAISED] if found.guessed and order.rates else []), said])
 
 
 def _rewritten(
-    path: str,
-    order: Order,
-    progress: Callable[[float], object],
-    machine: Machine,
-    stock: Corners | None,
-    cell: float | None,
-    limits: Limits,
-    assumption: Assumption | None = None,
+    path: str, order: Order, progress: Callable[[float], object], reads: Reads, assumption: Assumption | None = None
 ) -> tuple[bytes, str]:
     """rewritten(), on an Assumption if there is one."""
     return_freed_arrays()
     try:
-        settings = load_settings(machine.ini)
+        settings = load_settings(reads.machine.ini)
         geometry = load_tools(settings.path("TOOL_GEOMETRY"))
     except CycleError as error:
         raise Unreadable(unnamed(error.text()), "") from error
 
     if assumption:
         geometry = assumed.geometry_with(geometry, assumption)
-    program = read(path, machine, stock, **limits)
+    program = reads.program(path)
     return_heap()
-    limits = limits.copy()
+    limits = reads.limits.copy()
     limits["most_bytes"] = MOST_BYTES
-
-    def read_it(name: str, text: bool = True) -> Program:
-        return read(name, machine, stock, text=text, most=flute.MOST_WRITTEN, **limits)
-
+    reads = replace(reads, limits=limits, most=flute.MOST_WRITTEN)
     progress(0.2)
-    cell = cell or sections.cell_for(
+    cell = order.cell or sections.cell_for(
         program, geometry, settings["CELL"], *([sections.CELLS_FOR_VOLUME] if order.rates else [])
     )
-    job = Job(program, machine, geometry, cell, read_it, stock, limits, settings["TRAVERSE_CLEARANCE"])
+    job = Job(program, reads, geometry, cell, settings["TRAVERSE_CLEARANCE"])
     if assumption and assumption.guessed and not order.rates:
         return assumed.keep_flutes(job)
 
@@ -153,30 +145,20 @@ def _content(path: str) -> bytes:
         return file.read()
 
 
-class ReadsProgram(Protocol):
-    """A function from a path to its Program; text: whether its lines are wanted."""
-
-    def __call__(self, name: str, text: bool = True) -> Program: ...
-
-
 @dataclass
 class Job:
-    """What every kind of rewriting needs: program, machine, geometry {number: ToolGeometry}, cell (mm), read: path,
-    text=False for one without its lines -> Program, stock and limits as in reader.Reader; clearance (mm) of
-    traverses."""
+    """What every kind of rewriting needs: program, reads: of what is made of it, geometry {number: ToolGeometry}, cell
+    (mm); clearance (mm) of traverses."""
 
     program: Program
-    machine: Machine
+    reads: Reads
     geometry: dict[int, ToolGeometry]
     cell: float
-    read: ReadsProgram
-    stock: Optional[Corners]
-    limits: Limits
     clearance: float
 
     def moves_of(self, path: str) -> Program:
         """The Program of a file, without its lines."""
-        return self.read(path, text=False)
+        return self.reads.program(path, text=False)
 
     @functools.cached_property
     def own_traverses(self) -> list[depth_proof.Witness]:
@@ -209,9 +191,7 @@ def in_place(
     edits, figures = rewrite(program, True)
     if not edits:
         return program, edits, figures
-    followed, (edits, own) = calls.written_out(
-        program, (edits, figures), lambda other: rewrite(other, True), job.read, job.machine, job.stock, job.limits
-    )
+    followed, (edits, own) = calls.written_out(program, (edits, figures), lambda other: rewrite(other, True), job.reads)
     try:
         check(followed.program, edits, own)
     except Unreadable as error:
@@ -220,15 +200,23 @@ def in_place(
     return followed.program, edits, figures
 
 
+@dataclass
+class FoundOut:
+    """What the repeats so far have found out.  reserve: mm; needles: of flute.Order, what the map of the edits has not
+    met; fed: ends of traverses that become feed moves."""
+
+    reserve: float = 0.0
+    needles: dict[int, Floats] = field(default_factory=dict)
+    fed: list[tuple[float, ...]] = field(default_factory=list)
+
+
 def respect_flutes(order: Order, job: Job, progress: Callable[[float], object]) -> tuple[bytes, str]:
     """CN105492980; -> (bytes, what is said)."""
-    needles: dict[int, Floats] = {}
-    reserve = 0.0
-    fed: list[tuple[float, ...]] = []
+    found_out = FoundOut()
     second: Moves | None
     with OwnFolder("rewrite") as folder:
         for repeat in range(1, REPEATS + MOST_FED + 1):
-            path, second, figures, found = _with_reserve(order, job, progress, reserve, needles, folder, fed)
+            path, second, figures, found = _with_reserve(order, job, progress, found_out, folder)
             if not found:
                 break
             second = None  # long programs need the room
@@ -236,10 +224,10 @@ def respect_flutes(order: Order, job: Job, progress: Callable[[float], object]) 
             if repeat >= REPEATS and (deep or repeat == REPEATS + MOST_FED):
                 raise still_broken(job, found)
             if repeat >= REPEATS:
-                fed += [witness.traverse[3:] for witness in found if witness.traverse]
+                found_out.fed += [witness.traverse[3:] for witness in found if witness.traverse]
             else:
-                needles = depth_proof.with_needles(needles, found)  # what the map of the edits has not met
-                reserve += RESERVE_MM * deep
+                found_out.needles = depth_proof.with_needles(found_out.needles, found)
+                found_out.reserve += RESERVE_MM * deep
         if not path:
             where = "elsewhere" if job.program.lead.notes else "everywhere"
             return job.program.content(), f"the flutes are long enough {where}, the program is unchanged"
@@ -247,7 +235,7 @@ def respect_flutes(order: Order, job: Job, progress: Callable[[float], object]) 
         proof.same_stock(job.program, second, job.geometry, job.cell)
         second = None
         data = _content(path)
-    unit = job.machine.unit
+    unit = job.reads.machine.unit
     parts = [
         f"line{'s' * (b > a)} {a}" + (f" to {b}" if b > a else "") + f" in {n} levels" for a, b, n in figures.lines[:5]
     ]
@@ -259,17 +247,11 @@ def respect_flutes(order: Order, job: Job, progress: Callable[[float], object]) 
 
 
 def _with_reserve(
-    order: Order,
-    job: Job,
-    progress: Callable[[float], object],
-    reserve: float,
-    needles: dict[int, Floats],
-    folder: str,
-    fed: list[tuple[float, ...]],
+    order: Order, job: Job, progress: Callable[[float], object], found_out: FoundOut, folder: str
 ) -> tuple[str | None, Moves, flute.Figures, list[depth_proof.Witness]]:
     """One of the repeats -> (path of the new program in the folder, None: not written; what is cut then: Program, or
-    Foreseen of what is not written; Figures; [Witness] of what is too deep).  fed: where traverses end that become feed
-    moves."""
+    Foreseen of what is not written; Figures; [Witness] of what is too deep)."""
+    reserve, needles = found_out.reserve, found_out.needles
 
     def rewrite(program: Program, anywhere: bool) -> tuple[Edits, flute.Figures]:
         return flute.rewrite(
@@ -286,7 +268,7 @@ def _with_reserve(
     program, edits, figures = in_place(job, job.program, rewrite, check)
     if not edits:
         return None, job.program, figures, depth_proof.too_deep(job.program, job.geometry, job.cell, proof.OVER_MM)
-    feed_traverses(program, edits, fed)
+    feed_traverses(program, edits, found_out.fed)
     path, without_f = written(folder, program, edits), synchronised_lines(program)
     meant = expected_program.foreseen(program, edits)
     del program, edits  # long programs need the room
@@ -304,7 +286,7 @@ def _with_reserve(
 
 def still_broken(job: Job, found: list[depth_proof.Witness]) -> Unreadable:
     """The Unreadable for depths.Witness that no repeat has mended."""
-    unit, deep = job.machine.unit, [witness for witness in found if witness.traverse is None]
+    unit, deep = job.reads.machine.unit, [witness for witness in found if witness.traverse is None]
     if not deep:
         return Unreadable(
             f"a traverse of the rewritten path of tool {found[0].tool.number} would still be less than "
@@ -340,9 +322,8 @@ def write_feeds(rates: feed.Rates, job: Job, progress: Callable[[float], object]
     """JP3131045; -> (bytes, what is said)."""
 
     def rewrite(program: Program, _anywhere: bool) -> tuple[Edits, feed.Figures]:
-        return feed.rewrite(
-            program, job.geometry, job.cell, rates, job.machine.speeds, synchronised_lines(program), progress
-        )
+        order = feed.Order(job.cell, rates, job.reads.machine.speeds, synchronised_lines(program))
+        return feed.rewrite(program, job.geometry, order, progress)
 
     def check(program: Program, edits: Edits, _figures: feed.Figures) -> None:
         for step in edits.changed():
@@ -352,7 +333,7 @@ def write_feeds(rates: feed.Rates, job: Job, progress: Callable[[float], object]
     if not calls.has_blocks(job.program):
         check(program, edits, figures)
     data = _with_feeds(job, program, edits) if edits else job.program.content()
-    scale, unit = rate_unit(job.machine)
+    scale, unit = rate_unit(job.reads.machine)
     return data, (
         f"F of {figures.changed} of {figures.moves} feed moves changed, {figures.divided} divided; "
         f"{figures.before_s:.1f} s "
