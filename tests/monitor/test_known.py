@@ -2,6 +2,7 @@
 """Whether the loaded program has been read, and whose the stock is (monitor/known.py), and what of it an assumed stock
 says (monitor/shadow.py)."""
 
+import contextlib
 import shutil
 import types
 
@@ -60,7 +61,8 @@ def make_scene(tmp_path, monkeypatch):
     monkeypatch.setattr(module.loaded, "scene", lambda _status: {"tool": 1})
     monkeypatch.setattr(module.loaded, "place", lambda _scene: (1,))
     pins, said = dict.fromkeys(("stock-defined", "certain", "request", "new-part", "parts"), 0), []
-    shadow = module.Shadow(pins, parse_settings({}), None, str(tmp_path / "mill.ini"), said.append)
+    files = types.SimpleNamespace(working=contextlib.nullcontext)
+    shadow = module.Shadow(pins, parse_settings({}), files, str(tmp_path / "mill.ini"), said.append)
     shadow.reading, shadow.written_to = Reading(), []
     monkeypatch.setattr(shadow, "_write", lambda *arguments: shadow.written_to.append(arguments))
 

@@ -3,7 +3,7 @@
 
 import pytest
 
-from chipwise.monitor.messages import guard_text
+from chipwise.monitor.messages import Stop, guard_text
 from chipwise.clib.layout import GuardReason
 
 
@@ -28,4 +28,4 @@ from chipwise.clib.layout import GuardReason
 )
 def test_a_traverse_that_begins_in_contact(distance, unit, said):
     """It does not help there to retract higher."""
-    assert guard_text(GuardReason.RAPID_CONTACT, 57, distance, 1.0, 3, 6.0, 20.0, unit).startswith(said)
+    assert guard_text(Stop(GuardReason.RAPID_CONTACT, 57, distance, 1.0, 3, 6.0, 20.0), unit).startswith(said)

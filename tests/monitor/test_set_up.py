@@ -2,6 +2,7 @@
 """The set-up of the loaded program (monitor/set_up.py) without a LinuxCNC, and its process (setup/job_process.py):
 whatever is there, a sentence and nothing applied."""
 
+import contextlib
 import hashlib
 import types
 
@@ -177,6 +178,7 @@ def make_scene(tmp_path, part, monkeypatch):
         0,
     )
     files = types.SimpleNamespace(stock=None, kept_is_due=False, count=lambda: 0, emptied=0, laid=[])
+    files.working = contextlib.nullcontext
     files.clamps = types.SimpleNamespace(
         dropped=set(), reply=reasons.DONE, has=lambda source: bool(files.laid and files.laid[-1][1])
     )

@@ -50,9 +50,6 @@ LEFT = {
     "glue/session.py": "run_cycle",
     "headless/runner.py": "run_headless",
     "importing/dxf.py": "__init__",
-    "monitor/messages.py": "guard_text",
-    "monitor/set_up.py": "__init__",
-    "monitor/shadow.py": "__init__",
     "pattern/library.py": "_job",
     "program/sub_process.py": "run_sub",
     "resume/text.py": "rest",
@@ -149,9 +146,9 @@ def test_one_more_parameter_is_seen():
         {
             "check/times.py": head.format("spend"),
             "blank/stock.py": head.format("made"),
-            "monitor/shadow.py": 2 * head.format("__init__"),
+            "rewrite/trials.py": 2 * head.format("__init__"),
         }
-    ) == {"check/times.py": {"spend"}, "monitor/shadow.py": {"__init__"}}
+    ) == {"check/times.py": {"spend"}, "rewrite/trials.py": {"__init__"}}
 
 
 def test_each_is_seen():

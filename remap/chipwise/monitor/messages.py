@@ -5,6 +5,8 @@ not known.
 Called by worker.py and hints.py, and by panel/alarms.py.
 """
 
+from dataclasses import dataclass
+
 from chipwise.clib.layout import Fault, GuardReason, PathRefusal
 
 FAULTS = {  # stock-tracker.0.fault-code (man stock_tracker)
@@ -104,23 +106,37 @@ def clamp_text(clamp, part, distance, line, tool, unit):
     )
 
 
-def guard_text(reason, line, distance, depth, tool, diameter, flute, unit):
-    """The operator's message for a stop; lengths in machine units, `unit` their name."""
-    digits = 4 if unit == "in" else 2
-    where = f"{f'line {line}' if line > 0 else 'MDI'}, tool {tool}, {diameter:.{digits}f} {unit}"
-    if reason == GuardReason.RAPID_CONTACT and round(distance, digits) <= 0:
+@dataclass(frozen=True)
+class Stop:
+    """By a guard; lengths in machine units.  line: 0 in MDI; depth: that was cut; tool: its number, with diameter and
+    length of the flutes."""
+
+    reason: int
+    line: int
+    distance: float
+    depth: float
+    tool: int
+    diameter: float
+    flute: float
+
+
+def guard_text(stop, unit):
+    """The operator's message for a Stop; unit: the name of its lengths'."""
+    digits, flute = 4 if unit == "in" else 2, stop.flute
+    where = f"{f'line {stop.line}' if stop.line > 0 else 'MDI'}, tool {stop.tool}, {stop.diameter:.{digits}f} {unit}"
+    if stop.reason == GuardReason.RAPID_CONTACT and round(stop.distance, digits) <= 0:
         return (
             f"rapid stopped in contact with stock ({where}); press Stop, jog away and leave the stock with G1 "
             f"before G0 (guard: [CHIPWISE]GUARD_RAPID)"
         )
-    if reason == GuardReason.RAPID_CONTACT:
+    if stop.reason == GuardReason.RAPID_CONTACT:
         return (
-            f"rapid stopped {distance:.{digits}f} {unit} before stock ({where}); press Stop, jog away and retract "
+            f"rapid stopped {stop.distance:.{digits}f} {unit} before stock ({where}); press Stop, jog away and retract "
             f"higher "
             "(guard: [CHIPWISE]GUARD_RAPID)"
         )
     return (
-        f"cut stopped at {max(depth, flute):.{digits}f} {unit} or more of depth, flutes {flute:.{digits}f} {unit} long "
-        f"({where}); "
+        f"cut stopped at {max(stop.depth, flute):.{digits}f} {unit} or more of depth, "
+        f"flutes {flute:.{digits}f} {unit} long ({where}); "
         "press Stop, jog away and take more passes (guard: [CHIPWISE]GUARD_FLUTE)"
     )

@@ -46,12 +46,9 @@ SAME_DIAMETER = 0.01  # share
 class SetUp:
     """Of one LinuxCNC.  check() and follow() at each look of the monitor."""
 
-    def __init__(
-        self, component, settings, stock_files, ini, inform, working=contextlib.nullcontext, feed_is_remapped=False
-    ):
-        """inform: function of a text for the operator; working: context of long work; feed_is_remapped: whether the INI
-        file has REMAP = F."""
-        self.pins, self.settings, self.files, self.ini, self.working = component, settings, stock_files, ini, working
+    def __init__(self, component, settings, stock_files, ini, inform, feed_is_remapped=False):
+        """inform: function of a text for the operator; feed_is_remapped: whether the INI file has REMAP = F."""
+        self.pins, self.settings, self.files, self.ini = component, settings, stock_files, ini
         self.saying = Saying(inform)
         self.feed_is_remapped = feed_is_remapped
         self.reading = Answering("chipwise.setup.job_process")
@@ -99,7 +96,7 @@ class SetUp:
             return self.claims
         if self.stock_is_due and self.files.stock and not self.files.kept_is_due and not self.pins["request"]:
             self.stock_is_due = False
-            with self.working():
+            with self.files.working():
                 self._write(lambda: status.poll() or is_idle(linuxcnc, status))
         elif self.answer:
             self._switch_on(linuxcnc, status, command)
@@ -190,7 +187,7 @@ class SetUp:
         """Another program, content, job file or work offset: what was before ends."""
         self.reading.end()
         self._withdraw()
-        with self.working():
+        with self.files.working():
             self._give_up_stock()
             self._give_up_clamps()
         self.loaded, self.answer, self.tools, self.stock_is_due = found, {}, {}, False

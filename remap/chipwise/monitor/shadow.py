@@ -59,12 +59,9 @@ def to_machine(answer):
 class Shadow:
     """Of one LinuxCNC.  follow() at each look of the monitor."""
 
-    def __init__(
-        self, component, settings, stock_files, ini, inform, working=contextlib.nullcontext, feed_is_remapped=False
-    ):
-        """inform: function of a text for the operator; working: context of long work; feed_is_remapped: whether the INI
-        file has REMAP = F."""
-        self.pins, self.settings, self.files, self.ini, self.working = component, settings, stock_files, ini, working
+    def __init__(self, component, settings, stock_files, ini, inform, feed_is_remapped=False):
+        """inform: function of a text for the operator; feed_is_remapped: whether the INI file has REMAP = F."""
+        self.pins, self.settings, self.files, self.ini = component, settings, stock_files, ini
         self.saying, self.reading = Saying(inform), Answering("chipwise.monitor.shadow_process")
         self.is_on = settings["SHADOW"] and bool(ini)
         self.time = SetUpTime(component, self.is_on and feed_is_remapped)
@@ -109,7 +106,7 @@ class Shadow:
                 self._take(answer)
         if self.wanted is not None and not self._is_certain() and not self.pins["request"]:
             answer, self.wanted = self.wanted, None
-            with self.working():
+            with self.files.working():
                 self._write(answer, place, lambda: status.poll() or is_idle(linuxcnc, status))
 
     def leave(self):

@@ -24,7 +24,7 @@ from chipwise.monitor.comment_clamps import CommentClamps
 from chipwise.monitor.hints import Hints
 from chipwise.monitor.limits import Limits
 from chipwise.monitor.loaded_program import LoadedProgram
-from chipwise.monitor.messages import FAULTS, clamp_text, guard_text, override_text
+from chipwise.monitor.messages import FAULTS, Stop, clamp_text, guard_text, override_text
 from chipwise.monitor.saying import Saying
 from chipwise.monitor.set_up import SetUp
 from chipwise.monitor.shadow import Shadow
@@ -85,8 +85,8 @@ class Monitor(SpindleTool):
         self.tool_place = ToolPlace()
         self.stock_files = StockFiles(component, settings, self.say, self.working, self.place)
         ini, is_remapped = os.environ.get("INI_FILE_NAME", ""), feed_is_remapped()
-        self.shadow = Shadow(component, settings, self.stock_files, ini, self.inform, self.working, is_remapped)
-        self.set_up = SetUp(component, settings, self.stock_files, ini, self.inform, self.working, is_remapped)
+        self.shadow = Shadow(component, settings, self.stock_files, ini, self.inform, is_remapped)
+        self.set_up = SetUp(component, settings, self.stock_files, ini, self.inform, is_remapped)
         self.comment_clamps = CommentClamps(component, self.stock_files, ini, self.inform, self.working)
         self.saying = Saying(self.inform)
         self.limits = Limits(component, settings, self.saying)
@@ -241,13 +241,15 @@ class Monitor(SpindleTool):
         ):  # the third: follow_override
             self.say(
                 guard_text(
-                    reason,
-                    self.component["guard-line"] if of_program else 0,
-                    self.component["guard-distance"],
-                    self.component["guard-depth"],
-                    self.component["tool-number"],
-                    self.component["tool-diameter"],
-                    self.component["tool-flute-length"],
+                    Stop(
+                        reason,
+                        self.component["guard-line"] if of_program else 0,
+                        self.component["guard-distance"],
+                        self.component["guard-depth"],
+                        self.component["tool-number"],
+                        self.component["tool-diameter"],
+                        self.component["tool-flute-length"],
+                    ),
                     unit,
                 )
             )

@@ -7,7 +7,7 @@ cause is there; after that it stays on the page until the operator clears it, an
 
 from typing import NotRequired, TypedDict
 
-from chipwise.monitor.messages import FAULTS, clamp_text, guard_text, override_text
+from chipwise.monitor.messages import FAULTS, Stop, clamp_text, guard_text, override_text
 from chipwise.monitor.spindle_load import LOAD_ALARMS
 from chipwise.clib.layout import Fault, GuardReason, LoadAlarm
 from chipwise.panel.machine import Pins
@@ -34,7 +34,7 @@ def guard_words(pins: Pins, inch: bool, auto: bool = True) -> str:
             int(pins["tool"]),
             "in" if inch else "mm",
         )
-    return guard_text(
+    stop = Stop(
         int(pins["guard_reason"]),
         int(pins["guard_line"]) if auto else 0,
         pins["guard_distance"] * per,
@@ -42,8 +42,8 @@ def guard_words(pins: Pins, inch: bool, auto: bool = True) -> str:
         int(pins["tool"]),
         pins["tool_diameter"] * per,
         pins["tool_flute_length"] * per,
-        "in" if inch else "mm",
     )
+    return guard_text(stop, "in" if inch else "mm")
 
 
 ITEMS = {
