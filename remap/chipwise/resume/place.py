@@ -7,7 +7,9 @@
 2. The journal's note has where the tool was.  A place of the path within OFF_MM of it, at the same time as [1], is the
    stop.  The note may be older or newer than the cells by AGE_S: the earlier of both counts, so that no cut is left
    out.
-3. The kept stock is compared, cell by cell, with the one that the program leaves up to there (prove()).
+3. The kept stock is compared, cell by cell, with the one that the program leaves up to there (prove()), with tools that
+   are a little larger for what must not be cut, and a little smaller for what must be. A cell in a wall that is cut in
+   several parts can be lower after a smaller tool, so what is too much then has to be too much for the tool itself.
 """
 
 from dataclasses import dataclass, replace
@@ -130,15 +132,20 @@ def prove(path, program, found, place, wanted):
     """Unreadable where the kept stock is not the one that the program leaves at a Place [3]."""
     ends = path.at[1:]
     late = min(len(ends), int(np.searchsorted(ends, ends[min(place.segment, len(ends) - 1)] + AGE_S)) + 1)
-    slim, wide = (walk.with_tools(path, by) for by in (-ROUND_MM, ROUND_MM))
-    here, later = stocks.blank(found.head), stocks.blank(found.head)
-    walk.cut_to(slim, here, program, place.segment, place.share)
-    walk.removed(wide, later, program, 0, late)
-    here, later, own = stocks.heights(here), stocks.heights(later), stocks.heights(stocks.stock_of(found))
-    area = found.head.cell**2
-    more = np.maximum(own - SLACK_MM - here, 0.0).sum() * area
-    less = np.maximum(later - SLACK_MM - own, 0.0).sum() * area
+    own, later, area = stocks.heights(stocks.stock_of(found)), stocks.blank(found.head), found.head.cell**2
+    walk.removed(walk.with_tools(path, ROUND_MM), later, program, 0, late)
+    less = np.maximum(stocks.heights(later) - SLACK_MM - own, 0.0).sum() * area
     cut = float(wanted[: place.segment].sum())
+
+    def left_by(tools):
+        stock = stocks.blank(found.head)
+        walk.cut_to(tools, stock, program, place.segment, place.share)
+        return stocks.heights(stock) + SLACK_MM
+
+    here = left_by(walk.with_tools(path, -ROUND_MM))
+    if np.maximum(own - here, 0.0).sum() * area > LEFT_MM3 + LEFT_SHARE * cut:
+        here = np.maximum(here, left_by(path))
+    more = np.maximum(own - here, 0.0).sum() * area
     causes = (
         "name the program that ran, unchanged, with the work offsets and tools of then, or say where to go on "
         "with --line N"
