@@ -24,7 +24,13 @@ SLOTS = START + "G1 X90\nG0 Z10\nG0 X160 Y45\nG0 Z-4\nG1 X60\nG0 Z10\nM252\nG1 X
 CHANGED = START + "G1 X80\nG0 Z10\nT8 M6\nG0 X-10 Y45\nG0 Z-4\nG1 X100\nG0 Z10\nM252\nM2\n"
 SEEN = ["motion.current-vel", "volumetric-feed.0.mode"]
 # Another monitor, which a busy computer may keep from running for more than a second
-PATIENT = ["hal", "setp", "stock-tracker.0.monitor-timeout", f"{300 * SPEED:g}"]
+ANOTHER = [
+    ["pause"],
+    ["hal", "setp", "stock-tracker.0.monitor-timeout", f"{300 * SPEED:g}"],
+    ["start_monitor"],
+    ["until", READY, "=", 1],
+    ["resume"],
+]
 CUTTING = ["until", "axis.x.pos-cmd", ">", 15]
 
 
@@ -70,11 +76,7 @@ def test_killed_in_a_full_slot(tmp_path):
             ["until", "axis.y.pos-cmd", ">", 44.9],
             ["until", "axis.x.pos-cmd", "<", 145],
             ["over", 1.0, *SEEN],
-            ["pause"],
-            PATIENT,
-            ["start_monitor"],
-            ["until", READY, "=", 1],
-            ["resume"],
+            *ANOTHER,
             ["until", "motion.current-vel", ">", 0.98 * SLOT],
             ["over", 1.0, *SEEN, LOST],
             ["messages", "M251"],
@@ -123,11 +125,7 @@ def test_another_tool_meanwhile(tmp_path):
             ["until", "axis.y.pos-cmd", ">", 44.9],
             ["until", "motion.motion-type", ">", 1.5],
             ["over", 1.0, *SEEN],
-            ["pause"],
-            PATIENT,
-            ["start_monitor"],
-            ["until", READY, "=", 1],
-            ["resume"],
+            *ANOTHER,
             ["until", "motion.current-vel", ">", 0.1],
             ["over", 1.0, *SEEN, LOST],
             ["errors", "another tool"],
