@@ -143,7 +143,7 @@ def test_the_guard_still_stops_a_long_tool(tmp_path):
 
     Also if a busy computer keeps the monitor from seeing T8: the first traverse behind it waits, and says so after half
     a second."""
-    text = "G21 G90 G17\nT1 M6\nG43\nG0 Z60\nG0 X30 Y20\nT8 M6\nG43\nG0 Z5\nG49\nG0 Z80\nG43 H8\nG0 Z20\nG0 Z-5\nM2\n"
+    text = "G21 G90 G17\nT1 M6\nG43\nG0 Z160\nG0 X30 Y20\nT8 M6\nG43\nG0 Z5\nG49\nG0 Z120\nG43 H8\nG0 Z20\nG0 Z-5\nM2\n"
     do, _seen = steps(tmp_path, text)
     program_file = tmp_path / "crash.ngc"
     program_file.write_text(text)
