@@ -17,6 +17,7 @@ from chipwise.geometry.base.tolerances import NODE_MM
 from chipwise.geometry.pocket import links
 from chipwise.geometry.pocket.machinable import split
 from chipwise.geometry.pocket.path_graph import along
+from chipwise.geometry.pocket.shortest import over_raster
 from chipwise.geometry.pocket.strategies import NAMES, STRATEGIES
 from chipwise.geometry.pocket.tracks import make_track
 
@@ -130,11 +131,11 @@ def test_a_link_begins_and_ends_with_the_clearance_kept():
 def test_shortest_goes_round_what_is_not_free():
     free = np.ones((7, 7), bool)
     free[3, :6] = False
-    route = links.shortest(free, (0, 0), (6, 0))
+    route = over_raster(free, (0, 0), (6, 0), links.NEIGHBOURS)
     assert route[0] == (0, 0) and route[-1] == (6, 0) and (3, 6) in route and all(free[at] for at in route)
     free[3, 6] = False
-    assert links.shortest(free, (0, 0), (6, 0)) is None
-    assert links.shortest(free, (0, 0), (0, 0)) == [(0, 0)]
+    assert over_raster(free, (0, 0), (6, 0), links.NEIGHBOURS) is None
+    assert over_raster(free, (0, 0), (0, 0), links.NEIGHBOURS) == [(0, 0)]
 
 
 def walked(route):

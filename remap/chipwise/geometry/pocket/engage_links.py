@@ -7,7 +7,6 @@ Either a curve tangent to both paths, at the feed; or off the stock at the feed,
 the tool's side, and onto the next path at the feed.  Every link is asked for the whole area that the tool sweeps on it.
 """
 
-import heapq
 import math
 from itertools import islice
 
@@ -17,6 +16,7 @@ from chipwise.geometry.pocket.engage_ground import fitted
 from chipwise.geometry.base import elements
 from chipwise.geometry.base.elements import make_lines
 from chipwise.geometry.pocket.machinable import SLACK_MM
+from chipwise.geometry.pocket.shortest import over_raster
 
 # Width of stock that a link may not see, and what a feed over cleared ground may be short of its rim. mm
 FINE_MM, RIM_MM = 0.01, 0.004
@@ -272,29 +272,8 @@ def _searched(grid, ground, a, b, clearance, more):
     )
     if first is None or last is None:
         return None
-    columns, rows = free.shape
-    open_, cost, before, heap, done = free.tolist(), {first: 0.0}, {}, [(0.0, first)], set()
-    while heap:
-        _, at = heapq.heappop(heap)
-        if at in done:
-            continue
-        done.add(at)
-        if at == last:
-            break
-        for di, dj, length in NEIGHBOURS:
-            i, j = near = at[0] + di, at[1] + dj
-            if not (0 <= i < columns and 0 <= j < rows and open_[i][j]) or near in done:
-                continue
-            more = cost[at] + length
-            if more < cost.get(near, math.inf):
-                cost[near], before[near] = more, at
-                heapq.heappush(heap, (more + math.dist(near, last), near))
-    if last not in done:
-        return None
-    link = [last]
-    while link[-1] != first:
-        link.append(before[link[-1]])
-    return [tuple(a)] + [tuple(grid.point[at]) for at in reversed(link)] + [tuple(b)]
+    link = over_raster(free, first, last, NEIGHBOURS)
+    return link and [tuple(a), *(tuple(grid.point[at]) for at in link), tuple(b)]
 
 
 def _pulled(ground, link, clearance):

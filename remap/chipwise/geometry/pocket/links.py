@@ -10,7 +10,6 @@ the tool sweeps on a line that no Track ran is asked for, exactly (engage_ground
 at the tool's side the middle of a line is a rapid.
 """
 
-import heapq
 import math
 from dataclasses import dataclass
 
@@ -24,6 +23,7 @@ from chipwise.geometry.pocket.engage_ground import Ground
 from chipwise.geometry.pocket.engage_starts import Grid
 from chipwise.geometry.pocket.machinable import clear_segment
 from chipwise.geometry.pocket.path_graph import along
+from chipwise.geometry.pocket.shortest import over_raster
 
 # A start this near to the path so far lies on it. mm; far below what a stock model or a chip can tell.
 ON_PATH_MM = 1e-4
@@ -178,7 +178,7 @@ class _Linker:
         self._grid.refresh()
         place, free = self._grid.point[::step, ::step], self._grid.cleared[::step, ::step]
         first, last = (self._seen(end, place, free) for end in (a, b))
-        route = None if first is None or last is None else shortest(free, first, last)
+        route = None if first is None or last is None else over_raster(free, first, last, NEIGHBOURS)
         if route is None:
             return None
         points = np.array([a, *(place[at] for at in route), b])
@@ -213,30 +213,6 @@ class _Linker:
             + [Piece(rapid, True)]
             + [Piece(chains.line(place[last], b))] * (last < count)
         )
-
-
-def shortest(free, first, last):
-    """[(i, j)] from one place of a raster to another over neighbours that are free (columns, rows) bool; None."""
-    columns, rows = free.shape
-    open_, cost, before, heap, done = free.tolist(), {first: 0.0}, {}, [(0.0, first)], set()
-    while heap:
-        _, at = heapq.heappop(heap)
-        if at == last:
-            break
-        if at in done:
-            continue
-        done.add(at)
-        for di, dj, size in NEIGHBOURS:
-            i, j = near = at[0] + di, at[1] + dj
-            if 0 <= i < columns and 0 <= j < rows and open_[i][j] and cost[at] + size < cost.get(near, math.inf):
-                cost[near], before[near] = cost[at] + size, at
-                heapq.heappush(heap, (cost[near] + math.dist(near, last), near))
-    if last not in cost:
-        return None
-    route = [last]
-    while route[-1] != first:
-        route.append(before[route[-1]])
-    return route[::-1]
 
 
 def _longest(flags):

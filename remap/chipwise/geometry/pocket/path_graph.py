@@ -7,13 +7,11 @@ Every end of an element is a node of a graph, and lies on all elements that it t
 it, one after the other, and is run either way.  So two Tracks hang together where an end of one lies on the other.
 """
 
-import heapq
-import math
-
 import numpy as np
 
 from chipwise.geometry.base import chains, elements, search
 from chipwise.geometry.base.elements import Elements
+from chipwise.geometry.pocket.shortest import shortest
 
 # The end of an element this near to the start of the next is the same node. mm
 SAME_MM = 1e-6
@@ -30,12 +28,12 @@ def along(path: Elements, here, to, near_mm):
     ends = np.append(np.hypot(*(path.end[:-1] - path.start[1:]).T) > SAME_MM, True)
     node = np.concatenate((path.start, path.end[ends], [here], [to]))
     joints = _joints(path, node, near_mm)
-    route = _shortest(joints, len(node) - 2, len(node) - 1)
-    return None if route is None else _chain(path, route)
+    found = shortest(len(node) - 2, len(node) - 1, lambda at: joints.get(at, ()), lambda _at: 0.0)
+    return None if found is None else _chain(path, found[1])
 
 
 def _joints(path, node, near_mm):
-    """{node: [(length, node, element, t here, t there)]}: along which elements nodes lead to one another."""
+    """{node: [(length, node, (element, t here, t there))]}: along which elements nodes lead to one another."""
     which, element = search.near_points(
         search.build(*elements.boxes(path)), node, np.full(len(node), near_mm + chains.SNAP_MM)
     )
@@ -60,33 +58,9 @@ def _joints(path, node, near_mm):
     for k in np.flatnonzero(element[1:] == element[:-1]).tolist():
         a, b = int(which[k]), int(which[k + 1])
         e, length = int(element[k]), float(size[k])
-        found.setdefault(a, []).append((length, b, e, float(t[k]), float(t[k + 1])))
-        found.setdefault(b, []).append((length, a, e, float(t[k + 1]), float(t[k])))
+        found.setdefault(a, []).append((length, b, (e, float(t[k]), float(t[k + 1]))))
+        found.setdefault(b, []).append((length, a, (e, float(t[k + 1]), float(t[k]))))
     return found
-
-
-def _shortest(joints, first, last):
-    """[(element, t at its start, t at its end)] from one node to another; None."""
-    cost, before = {first: 0.0}, {}
-    done, heap = set(), [(0.0, first)]
-    while heap:
-        far, at = heapq.heappop(heap)
-        if at == last:
-            break
-        if at in done:
-            continue
-        done.add(at)
-        for length, there, *piece in joints.get(at, ()):
-            if far + length < cost.get(there, math.inf):
-                cost[there], before[there] = far + length, (at, tuple(piece))
-                heapq.heappush(heap, (far + length, there))
-    if last not in cost:
-        return None
-    route, at = [], last
-    while at != first:
-        at, piece = before[at]
-        route.append(piece)
-    return route[::-1]
 
 
 def _chain(path, route):
