@@ -136,23 +136,25 @@ def prove(path, program, found, place, wanted):
     walk.removed(walk.with_tools(path, ROUND_MM), later, program, 0, late)
     less = np.maximum(stocks.heights(later) - SLACK_MM - own, 0.0).sum() * area
     cut = float(wanted[: place.segment].sum())
+    most = LEFT_MM3 + LEFT_SHARE * cut
 
-    def left_by(tools):
+    def above(tools):
+        """mm of the kept stock above what tools leave."""
         stock = stocks.blank(found.head)
         walk.cut_to(tools, stock, program, place.segment, place.share)
-        return stocks.heights(stock) + SLACK_MM
+        return np.maximum(own - SLACK_MM - stocks.heights(stock), 0.0)
 
-    here = left_by(walk.with_tools(path, -ROUND_MM))
-    if np.maximum(own - here, 0.0).sum() * area > LEFT_MM3 + LEFT_SHARE * cut:
-        here = np.maximum(here, left_by(path))
-    more = np.maximum(own - here, 0.0).sum() * area
+    over = above(walk.with_tools(path, -ROUND_MM))
+    if over.sum() * area > most:
+        over = np.minimum(over, above(path))
+    more = over.sum() * area
     causes = (
         "name the program that ran, unchanged, with the work offsets and tools of then, or say where to go on "
         "with --line N"
     )
     if less > LEFT_MM3 + MISSING_SHARE * cut:
         raise Unreadable(f"the kept stock is cut where the program has not cut up to there ({less:.1f} mm3)", causes)
-    if more > LEFT_MM3 + LEFT_SHARE * cut:
+    if more > most:
         raise Unreadable(f"the kept stock has {more:.1f} mm3 that the program has cut up to there", causes)
 
 
