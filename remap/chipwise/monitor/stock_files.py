@@ -60,7 +60,7 @@ def words_of(note, now):
 
 
 class NoMap:
-    """Before the map is attached: there is no stock, and no room for one."""
+    """In place of the map until it is attached: no stock, and no room for one."""
 
     capacity = definitions = 0
     removed = 0.0

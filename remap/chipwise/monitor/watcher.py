@@ -20,7 +20,7 @@ class Watcher:
 
     @property
     def status(self):
-        """linuxcnc.stat as of the last look."""
+        """linuxcnc.stat, as the last look left it."""
         return self.task[0]
 
     @property
