@@ -16,18 +16,29 @@ from chipwise.importing.drawn import MAX_PARTS, Drawn, Unreadable, arc, check_ne
 UNITS = {
     1: ("inch", 25.4),
     2: ("feet", 304.8),
+    3: ("mile", 1609344.0),
     4: ("mm", 1.0),
     5: ("cm", 10.0),
     6: ("m", 1000.0),
+    7: ("km", 1e6),
     8: ("microinch", 25.4e-6),
     9: ("mil", 0.0254),
     10: ("yard", 914.4),
+    11: ("angstrom", 1e-7),
+    12: ("nanometre", 1e-6),
     13: ("micrometre", 1e-3),
     14: ("dm", 100.0),
+    15: ("decametre", 1e4),
+    16: ("hectometre", 1e5),
+    21: ("US survey foot", 1.2e6 / 3937),
+    22: ("US survey inch", 1e5 / 3937),
+    23: ("US survey yard", 3.6e6 / 3937),
 }
 DEPTH = 16  # of blocks in blocks
 FLAT = 1e-9  # cosine by which an extrusion may differ from the z axis
 TEXTS = ("TEXT", "MTEXT")
+FLAT_MM = 1e-5  # an arc of a polyline that bows out less is a line: its centre is too far away to be computed
+SPLINE_FIT, FRAME = 4, 16  # flags of an old polyline, and of its vertices that are only the frame of the curve
 
 
 def read(path, tolerance, scale, text=False, layer=None):
@@ -41,7 +52,7 @@ def read(path, tolerance, scale, text=False, layer=None):
     document = _document(ezdxf, path)
     drawn = Drawn()
     unit = _unit(document, drawn) * scale
-    reader = _Reader(ezdxf, document, drawn, tolerance, unit, text, layer)
+    reader = _Reader(document, drawn, tolerance, unit, text, layer)
     for entity in document.modelspace():
         reader.entity(entity, None, 0)
     reader.say()
@@ -77,7 +88,7 @@ def _unit(document, drawn):
     inch = document.header.get("$MEASUREMENT", 1) == 0
     name, mm = UNITS[1 if inch else 4]
     drawn.words.append(
-        f"its header names no unit; {name} is taken"
+        f"its header names {'a unit that is not known' if code else 'no unit'}; {name} is taken"
         + (", as $MEASUREMENT is 0 (--scale 0.0393701 makes it mm)" if inch else "")
     )
     return mm
@@ -86,14 +97,14 @@ def _unit(document, drawn):
 class _Reader:
     """Entities of one document -> Drawn."""
 
-    def __init__(self, ezdxf, document, drawn, tolerance, unit, text, layer):
+    def __init__(self, document, drawn, tolerance, unit, text, layer):
         self.drawn, self.tolerance, self.unit, self.text, self.layer = drawn, tolerance, unit, text, layer
         self._hidden = {
             entry.dxf.name.lower()
             for entry in document.layers
             if entry.is_off() or entry.is_frozen() or not entry.dxf.get("plot", 1)
         }
-        self._hidden_count, self._raised, self._visited, self._others = 0, 0, 0, set()
+        self._hidden_count, self._raised, self._wide, self._visited, self._others = 0, 0, 0, 0, set()
 
     def entity(self, entity, parent, depth):
         """One entity; parent: layer of the block reference that holds it."""
@@ -127,11 +138,16 @@ class _Reader:
             self.drawn.words.append(
                 f"{self._raised} elements are drawn at a height; they are taken as drawn in the plane"
             )
+        if self._wide:
+            self.drawn.words.append(f"{self._wide} polylines are drawn with a width; the middle of each is taken")
         self.drawn.refuse_other_layers(self.layer, self._others)
 
     def _insert(self, insert, layer, depth):
         if depth >= DEPTH:
             raise Unreadable(f"blocks are nested deeper than {DEPTH}", "explode them in the CAD program")
+        if insert.block() is None:
+            self.drawn.left["INSERT of a block that is missing"] += 1
+            return
         for one in insert.multi_insert() if insert.mcount > 1 else (insert,):
             self._visit()
             for entity in one.virtual_entities():
@@ -151,7 +167,8 @@ class _Reader:
             AttributeError,
             IndexError,
         ):  # of an entity that its library cannot compute
-            found = None
+            self.drawn.left[kind + " that cannot be computed"] += 1
+            return
         if found is None:
             self.drawn.left[kind + " that leaves its height" if kind in _MAKERS else kind] += 1
             return
@@ -210,6 +227,7 @@ class _Reader:
         if entity.dxftype() == "POLYLINE" and not (entity.is_2d_polyline or entity.is_3d_polyline):
             return None
         found = []
+        self._wide += _prepared(entity, self.unit)
         for part in entity.virtual_entities():
             made = (self.line if part.dxftype() == "LINE" else self.arc)(part)
             if made is None:
@@ -277,6 +295,31 @@ class _Reader:
                 if len(points) > 2:
                     for parts in self.fitted(points + points[:1]) or ():
                         self.drawn.add(layer, parts)
+
+
+def _prepared(entity, unit):
+    """Takes out of a polyline what is not drawn: arcs flatter than FLAT_MM, and the frame of a fitted curve.  Whether
+    it is drawn with a width."""
+    if entity.dxftype() == "LWPOLYLINE":
+        rows = entity.get_points("xyseb")
+        after = rows[1:] + rows[:1]
+        entity.set_points(
+            [(*a[:4], _bulge(a[4], math.dist(a[:2], b[:2]) * unit)) for a, b in zip(rows, after)], "xyseb"
+        )
+        return entity.dxf.get("const_width", 0.0) > 0.0 or any(row[2] > 0.0 or row[3] > 0.0 for row in rows)
+    if entity.dxf.flags & SPLINE_FIT:
+        entity.vertices[:] = [vertex for vertex in entity.vertices if not vertex.dxf.flags & FRAME]
+    rows = entity.vertices
+    for a, b in zip(rows, rows[1:] + rows[:1]):
+        a.dxf.bulge = _bulge(a.dxf.get("bulge", 0.0), a.dxf.location.distance(b.dxf.location) * unit)
+    widths = [one.dxf.get(f"{place}_width", 0.0) for one in rows for place in ("start", "end")]
+    widths += [entity.dxf.get(f"default_{place}_width", 0.0) for place in ("start", "end")]
+    return any(width > 0.0 for width in widths)
+
+
+def _bulge(bulge, chord):
+    """The bulge of an element with a chord (mm)."""
+    return bulge if 0.5 * abs(bulge) * chord > FLAT_MM else 0.0
 
 
 def _lines_of(mtext):

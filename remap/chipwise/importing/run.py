@@ -81,6 +81,10 @@ def imported(path, tolerance, scale, text=False, layer=None):
         made = _layer(name, one, tolerance, found)
         if made.pockets or made.open:
             found.layers.append(made)
+    if not found.layers and found.doubtful:
+        raise Unreadable(
+            f"nothing of the drawing can be cut: {braceless(found.words[-1])}", "correct the outline in the drawing"
+        )
     _say(found, drawn, doubled, tolerance)
     if not found.layers:
         raise Unreadable(

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The elements of an SVG as svgelements reads them right.  Called by svg.py.
 
-svgelements 1.7 shows what is in masks, and symbols where they are defined, knows no use before its target, and no style
-sheet before its end.  So before it reads a file:
-1. what is never shown is taken out: masks, markers, patterns, clip paths, filters, definitions, words about the
-   drawing; style sheets go first;
+svgelements 1.7 shows what is in masks, and symbols where they are defined, and knows no use before its target.  So
+before it reads a file:
+0. style sheets are written into the elements (svg_style.py), lengths as user units (svg_lengths.py);
+1. what is never shown is taken out: masks, markers, patterns, clip paths, filters, definitions, and words about
+   the drawing;
 2. each use becomes a group that holds a copy of its target, a symbol there an svg or a group;
 3. an svg without a viewBox within the drawing becomes a group at its place, and so do links;
 4. of a switch the first element stays that is not for another program.
@@ -12,9 +13,14 @@ sheet before its end.  So before it reads a file:
 
 import copy
 import io
+import re
 import xml.etree.ElementTree as ET
+from collections import Counter
+from typing import NamedTuple, BinaryIO
 
+from chipwise.importing import svg_lengths, svg_style
 from chipwise.importing.drawn import Unreadable
+from chipwise.importing.svg_style import name_of
 
 LINKS = ("href", "{http://www.w3.org/1999/xlink}href")
 PLACE = ("x", "y", "width", "height")
@@ -39,32 +45,41 @@ MOST_ELEMENTS = 200_000  # after copies; each may be a shape
 MOST_DEEP = 100  # groups within groups, copies within copies
 
 
-def prepared(path, ppi):
-    """(stream of the elements that are shown, number of elements that are clipped or masked); ppi: user units in an
-    inch.  Raises what ElementTree raises, and Unreadable."""
+# What a path may hold; svgelements drops one with anything else without a word.
+PATH = re.compile(r"\s*(?:[Mm][MmZzLlHhVvCcSsQqTtAa\d\s,.eE+-]*)?")
+
+
+class Prepared(NamedTuple):
+    """stream: of the elements that are shown; clipped: how many are clipped or masked; real: whether the page says how
+    large it is; left: what was left out, counted by name."""
+
+    stream: BinaryIO
+    clipped: int
+    real: bool
+    left: Counter
+
+
+def prepared(path):
+    """Prepared of a file.  Raises what ElementTree raises, and Unreadable."""
     root = ET.parse(path).getroot()
-    tree = _Tree(root, ppi)
-    sheets = [element for element in root.iter() if name_of(element) == "style"]
-    tree.shown(root, 0)
-    root[:0] = sheets
-    return io.BytesIO(ET.tostring(root)), tree.clipped
-
-
-def name_of(element):
-    """The name of an element without its namespace."""
-    return element.tag.rpartition("}")[2]
+    svg_style.applied(root)
+    size, real = svg_lengths.page(root)
+    tree = _Tree(root)
+    tree.shown(root, 0, size)
+    return Prepared(io.BytesIO(ET.tostring(root)), tree.clipped, real, tree.left)
 
 
 class _Tree:
     """What a use may show, by id, and what was counted."""
 
-    def __init__(self, root, ppi):
-        self.count, self.clipped, self.ppi = 0, 0, ppi
+    def __init__(self, root):
+        self.count, self.clipped = 0, 0
+        self.left: Counter = Counter()
         used = {_target(element) for element in root.iter() if name_of(element) == "use"}
         self.known = {element.get("id"): copy.deepcopy(element) for element in root.iter() if element.get("id") in used}
 
-    def shown(self, element, deep):
-        """Makes what is in an element what is shown."""
+    def shown(self, element, deep, size):
+        """Makes what is in an element what is shown; size: (width, height) of the viewport around it, user units."""
         if deep > MOST_DEEP:
             raise Unreadable(
                 f"its groups are more than {MOST_DEEP} deep, or a copy holds itself", "ungroup the drawing"
@@ -85,9 +100,25 @@ class _Tree:
                     f"the drawing has more than {MOST_ELEMENTS} elements with its copies",
                     "export the layer that is to be cut",
                 )
+            if self._left_out(child, size):
+                continue
             kept.append(self._own(child))
-            self.shown(kept[-1], deep + 1)
+            self.shown(kept[-1], deep + 1, _inner(child, size))
         element[:] = kept
+
+    def _left_out(self, element, size):
+        """Whether an element cannot be read, or is nothing; writes its lengths as user units."""
+        name = name_of(element)
+        if not svg_lengths.plain(element, name, size):
+            self.left[f"{name} with a length in a unit that is not known"] += 1
+            return True
+        if name == "path" and not PATH.fullmatch(element.get("d") or ""):
+            self.left["path that cannot be read"] += 1
+            return True
+        if name == "use" and any(not element.get(link, "#").startswith("#") for link in LINKS):
+            self.left["copy of another file"] += 1
+            return True
+        return not svg_lengths.drawn(element, name)
 
     def _own(self, element):
         """What svgelements reads in place of an element."""
@@ -99,22 +130,23 @@ class _Tree:
             return self._placed(element)
         return element
 
-    def _placed(self, element):
+    @staticmethod
+    def _placed(element):
         """A group with what is in an element, at its place."""
         made = ET.Element(
             _named(element, "g"), {key: value for key, value in element.attrib.items() if key not in (*PLACE, *LINKS)}
         )
-        x, y = (self._length(element.get(key)) for key in PLACE[:2])
+        x, y = (float(element.get(key) or 0.0) for key in PLACE[:2])
         made.set("transform", f"{element.get('transform', '')} translate({x:.9g}, {y:.9g})")
         made[:] = list(element)
         return made
 
-    def _length(self, text):
-        """A length in user units."""
-        import svgelements
 
-        found = svgelements.Length(text or "0").value(ppi=self.ppi)
-        return found if isinstance(found, (int, float)) else 0.0
+def _inner(element, size):
+    """The viewport (width, height) of what is in an element."""
+    if name_of(element) not in ("svg", "symbol"):
+        return size
+    return svg_lengths.box(element) or tuple(float(element.get(key) or one) for key, one in zip(PLACE[2:], size))
 
 
 def _target(use):
