@@ -73,6 +73,7 @@ pin out bool held "answer to hold: the tracker does not touch the map";
 pin out real mrr "removal rate, mm3/min, averaged over mrr-window";
 pin out real section_area "mm2: volume met per mm of travel, at the tool now";
 pin out real depth "machine units: deepest stock above the tool's edge within its footprint";
+pin out real buried_depth "machine units: how deep the tool was in the stock where another tool offset or shape has placed it, until it moves at feed; 0: it was not, or the stock is not certain";
 pin out real direction_z "vertical part of the unit direction of travel, -1 (plunge) to 1";
 pin out real descent_distance = -1.0 "travel until a feed goes down, machine units; -1: none in sight, or the tool stops before; to volumetric-feed.N.descent-distance";
 pin out real descent_accel "mean acceleration the planner may brake with until there, machine units/s2; 0: unknown";
@@ -136,6 +137,8 @@ variable chip_path_thinner_t thinner;
 variable chip_path_watch_t path_state;
 variable int is_reported;
 variable double last_ns;
+variable double told_buried;
+variable int told_tool;
 variable void *map;
 variable void *done;
 variable void *clamp_table;
@@ -288,6 +291,7 @@ static void write_pins(struct __comp_state *__comp_inst, const struct chip_track
     fault_set(out->has_fault); fault_code_set(out->fault_number);
     removed_volume_set(out->removed_volume_mm3); mrr_set(out->mrr_mm3_min);
     section_area_set(out->section_area_mm2); depth_set(out->depth_mm * scale);
+    buried_depth_set(out->buried_depth_mm * scale);
     direction_z_set(out->dir_z);
     descent_distance_set(out->descent_mm < 0.0 ? -1.0 : out->descent_mm * scale); descent_accel_set(out->descent_accel_mm_s2 * scale);
     pace_distance_set(out->pace.distance < 0.0 ? out->pace.distance : out->pace.distance * scale);
@@ -331,6 +335,7 @@ FUNCTION(_) {
     if (state.tip_known) chip_path_done_step(&thinner, done, state.tip);
     else chip_path_done_lose(&thinner);
     write_pins(__comp_inst, &out);
+    watch_buried(__comp_inst, &out);
     if (feed_decided) path_state.unknown_s = 0.0; /* counts from there on */
     /* At rest in stock, as in a dwell, the queue may be empty. */
     is_cutting = enable && in.motion > 0 && section_area > 0.0;

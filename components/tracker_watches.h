@@ -33,6 +33,26 @@ static void watch_tool(struct __comp_state *__comp_inst, long period, struct chi
     }
 }
 
+/* Says once that length or shape of a tool have placed its tip in the stock. The guard stops a traverse from there sideways, but
+ * no feed, so this comes first. */
+static void watch_buried(struct __comp_state *__comp_inst, const struct chip_tracker_out *out)
+{
+    int is_inch = units_per_mm < 0.5;
+    long parts = is_inch ? 10000 : 100;
+    char text[24];
+    long deep = (long)(chip_clamp(out->buried_depth_mm * units_per_mm, 0.0, 1e6) * (double)parts + 0.5);
+    if (out->buried_depth_mm == told_buried && (deep == 0 || tool_in_spindle == told_tool)) return;
+    told_buried = out->buried_depth_mm;
+    told_tool = tool_in_spindle;
+    if (deep == 0) return;
+    rtapi_snprintf(text, sizeof text, is_inch ? "%ld.%04ld in" : "%ld.%02ld mm", deep / parts, deep % parts);
+    rtapi_print_msg(
+        RTAPI_MSG_ERR,
+        "chipwise: by its length or shape the tip of tool %d is %s deep in the stock; press Stop, then check the "
+        "tool table, H of G43 and the stock (M250)\n",
+        (int)tool_in_spindle, text);
+}
+
 /* Whether a load that was known is not known any more, and nobody has decided what holds instead. */
 static int watch_load(struct __comp_state *__comp_inst, const struct chip_tracker_in *in)
 {

@@ -51,6 +51,7 @@ HEADERS = (
     "offline/chain_fit.h",
     "offline/engage.h",
     "offline/nearest_element.h",
+    "offline/raster_route.h",
 )
 PYTHON = ROOT / "remap" / "chipwise" / "clib" / "layout.py"
 TABLE = ROOT / "build" / "layout_table.c"

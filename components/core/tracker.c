@@ -7,7 +7,6 @@
 #define CHIP_MAX_VELOCITY 5000.0   /* mm/s, no mill is faster; a longer step is a jump */
 #define CHIP_DEFAULT_HORIZON 20.0  /* mm looked ahead if the acceleration is unknown */
 #define CHIP_MAX_POSITION 1e6      /* mm, beyond it nothing is a position */
-#define CHIP_AT_REST 1e-6          /* mm, a smaller step is rest */
 #define CHIP_MAX_JERK_TRAVEL 200.0 /* mm, no braking takes more to build up */
 #define CHIP_MAX_JERK_GAIN 200.0   /* mm/s, and no more is gained meanwhile */
 #define CHIP_MARGIN_PERIODS 4.0    /* periods of travel looked ahead beyond braking */
@@ -62,15 +61,6 @@ static void note_position(struct chip_tracker *tracker, const struct chip_tracke
         tracker->offset_mu[i] = in->tool_offset_mu[i];
     }
     tracker->tip_known = 1;
-}
-
-/* Whether the machine moved in this period while it might have cut. */
-static int has_moved(const struct chip_tracker *tracker, const struct chip_tracker_in *in)
-{
-    double step = 0.0;
-    int i;
-    for (i = 0; i < 3; i++) step = chip_max(step, fabs(in->pos_mu[i] / in->mu_per_mm - tracker->axis[i]));
-    return in->is_enabled && tracker->tip_known && step > CHIP_AT_REST;
 }
 
 /* [3] Builds the tool when its numbers changed. Another tool begins at the position of the one before, and cuts
@@ -219,7 +209,7 @@ static void clear(struct chip_tracker_out *out)
 {
     int i;
     out->has_stock = out->is_ready = out->has_fault = out->fault_number = 0;
-    out->section_area_mm2 = out->depth_mm = out->mrr_mm3_min = out->dir_z = 0.0;
+    out->section_area_mm2 = out->depth_mm = out->buried_depth_mm = out->mrr_mm3_min = out->dir_z = 0.0;
     out->has_flute_excess = out->has_rapid_contact = out->is_held = out->is_certain = 0;
     out->rapid_distance_mm = out->descent_accel_mm_s2 = 0.0;
     out->descent_mm = -1.0;
@@ -234,9 +224,9 @@ static void clear(struct chip_tracker_out *out)
 /* Whether every output is finite. */
 static int all_finite(const struct chip_tracker_out *out)
 {
-    double sum = out->section_area_mm2 + out->depth_mm + out->mrr_mm3_min + out->dir_z + out->rapid_distance_mm
-               + out->removed_volume_mm3 + out->descent_mm + out->descent_accel_mm_s2 + out->pace.distance
-               + out->pace.vel + out->pace.accel;
+    double sum = out->section_area_mm2 + out->depth_mm + out->buried_depth_mm + out->mrr_mm3_min + out->dir_z
+               + out->rapid_distance_mm + out->removed_volume_mm3 + out->descent_mm + out->descent_accel_mm_s2
+               + out->pace.distance + out->pace.vel + out->pace.accel;
     int i;
     for (i = 0; i < out->load.steps && i < CHIP_LOAD_STEPS; i++)
         sum += out->load.step[i].distance + out->load.step[i].area + out->load.step[i].accel;
@@ -264,7 +254,7 @@ static int tool_unknown(const struct chip_tracker *tracker, const struct chip_tr
 static void held_period(struct chip_tracker *tracker, const struct chip_tracker_in *in, const double tip[3], int bad,
                         struct chip_tracker_out *out)
 {
-    int moved = bad != CHIP_FAULT_NONE || has_moved(tracker, in);
+    int moved = bad != CHIP_FAULT_NONE || chip_tracker_has_moved(tracker, in);
     tracker->held_moved |= moved && in->is_enabled;
     lose_position(tracker);
     tracker->sweep.known = 0;
@@ -284,11 +274,14 @@ static void ready_period(struct chip_tracker *tracker, struct chip_stock *stock,
     int cutting = in->is_enabled && !tool_unknown(tracker, in), guarded = cutting && !tracker->is_uncertain;
     long work = 0;
     CHIP_FAULT(GUARDED_BY_ASSUMPTION, guarded = cutting);
-    if (!cutting) tracker->state = CHIP_TRACKER_FLUSHING;
-    tracker->has_start &= cutting;
+    if (!cutting) {
+        tracker->state = CHIP_TRACKER_FLUSHING;
+        chip_tracker_keep_start(tracker, in, tip);
+    }
     if (tracker->state == CHIP_TRACKER_FLUSHING) work = chip_tracker_flush(tracker, stock);
     if (cutting && tracker->sweep.waiting == 0) tracker->state = CHIP_TRACKER_CUTTING;
     if (tracker->state == CHIP_TRACKER_CUTTING) work += chip_tracker_cut(tracker, stock, in, tip);
+    out->buried_depth_mm = guarded ? tracker->buried_mm : 0.0;
     if (guarded)
         work = run_guards(tracker, stock, in, tip, work, out);
     else
@@ -321,8 +314,10 @@ void chip_tracker_step(struct chip_tracker *tracker, struct chip_stock *stock, c
         serve_tool(tracker, in);
         if (ready && tracker->tool_error == 0)
             ready_period(tracker, stock, in, tip, out);
-        else
+        else {
             forget_path(tracker);
+            if (!CHIP_FAULTY(UNDESCRIBED_STAYS)) chip_tracker_keep_start(tracker, in, tip);
+        }
         note_position(tracker, in, tip);
     }
     out->removed_volume_mm3 = stock->removed;

@@ -8,7 +8,9 @@
  * Principle, one period:
  *  1. Position in: tip = axis - tool offset, in mm. An impossible position is a fault,
  *     and the tool is placed anew when positions are sound again. Only the axes decide whether a step is
- *     possible. Another tool offset (G43, G49) places the tool anew: it sweeps nothing, and is not a fault.
+ *     possible. Another tool offset (G43, G49) places the tool anew: it sweeps nothing, and is not a fault. If its tip is
+ *     in the stock then, no tool can have got there: length, shape or stock is wrong, and the output says how deep it is.
+ *     Until it moves at feed it cuts nothing at rest there, nor where it is jogged to, nor in a stock that is defined anew.
  *  2. A request for a new stock box starts filling the map, a part per period. While another
  *     program writes the map (`external_writer`) the tracker does not touch it. Its content afterwards
  *     is the stock, if it can be one: the writer has finished (generation even), and nothing
@@ -122,13 +124,14 @@ struct chip_tracker_in {
 /* Members carry the name of the pin they go to and their unit, always mm. */
 struct chip_tracker_out {
     int has_stock, is_ready, has_fault;
-    int fault_number;           /* chip_fault */
-    double removed_volume_mm3;  /* since the stock was defined */
-    double mrr_mm3_min;         /* over the window */
-    double section_area_mm2;    /* at the tool */
-    double depth_mm;            /* above the tip */
-    double dir_z;               /* vertical part of the unit direction, -1..1 */
-    double descent_mm;          /* of travel until a feed goes down; negative: none in sight */
+    int fault_number;          /* chip_fault */
+    double removed_volume_mm3; /* since the stock was defined */
+    double mrr_mm3_min;        /* over the window */
+    double section_area_mm2;   /* at the tool */
+    double depth_mm;           /* above the tip */
+    double buried_depth_mm; /* of a tool where another offset or shape has placed it in the stock; 0: not in it [1] */
+    double dir_z;           /* vertical part of the unit direction, -1..1 */
+    double descent_mm;      /* of travel until a feed goes down; negative: none in sight */
     double descent_accel_mm_s2; /* mean the planner may brake with until there; 0: unknown */
     struct chip_pace pace;      /* unknown if feeds above the stock are not free */
     int has_flute_excess, has_rapid_contact;
@@ -156,6 +159,7 @@ struct chip_tracker {
     double offset_mu[3];    /* machine units, of the last period */
     double start[3];        /* mm, where another offset has placed the tool [1] */
     int has_start;          /* it has cut nothing since, because earlier segments wait */
+    double buried_mm;       /* depth in the stock of the tool where it was placed anew, until a feed; 0: none */
     int tip_known, last_request, box_error, fault;
     struct chip_guard guard;
     struct chip_clamps clamps;

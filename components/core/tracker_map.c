@@ -4,12 +4,15 @@
 #include "chip_math.h"
 #include "tracker_map.h"
 
-/* The stock is new: only the map is known of it. */
+/* The stock is new: only the map is known of it. A tip that only its length had placed in the stock before is where it was,
+ * and has cut nothing of this one. */
 static void start_over(struct chip_tracker *tracker)
 {
     tracker->fault = CHIP_FAULT_NONE;
     tracker->rate_filled = 0;
     lose_position(tracker);
+    tracker->has_start = tracker->buried_mm > 0.0;
+    CHIP_FAULT(BURIED_LOST, tracker->has_start = 0);
     tracker->sweep.known = 0;
     tracker->sweep.waiting = 0;
 }

@@ -54,6 +54,13 @@ long chip_tracker_flush(struct chip_tracker *tracker, struct chip_stock *stock);
 /* [5] Whether all feeds before a traverse are in the map. Steps of the traverse itself may wait: what they leave is met. */
 int chip_tracker_feeds_are_cut(const struct chip_tracker *tracker);
 
+/* Whether the machine moved in this period while it might have cut. */
+int chip_tracker_has_moved(const struct chip_tracker *tracker, const struct chip_tracker_in *in);
+
+/* [1] [3] Cutting is off. The length of another tool, its numbers and the word that it is the described one come in any order:
+ * it still begins where it appeared, unless it has moved at feed meanwhile. */
+void chip_tracker_keep_start(struct chip_tracker *tracker, const struct chip_tracker_in *in, const double tip[3]);
+
 /* [2] 1 while another program has the map. */
 int chip_tracker_serve_hold(struct chip_tracker *tracker, struct chip_stock *stock, const struct chip_tracker_in *in);
 

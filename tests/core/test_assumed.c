@@ -58,6 +58,10 @@ static void nothing_acts(void)
     go(10.0, -5.0, 400);
     expect(!out.has_flute_excess && out.section_area_mm2 > 1.0,
            "the shank in an assumed stock does not stop, and the load is read");
+    in.tool_offset_mu[2] = 3.0;
+    periods(3);
+    expect(out.is_ready && out.buried_depth_mm == 0.0, "nor is it said that a tip is in it");
+    in.tool_offset_mu[2] = 0.0;
     in.is_turned = 1;
     periods(1);
     expect(!out.fault_number && !out.is_ready, "an assumed stock that has turned raises no fault");

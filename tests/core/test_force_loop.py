@@ -9,20 +9,11 @@ import pytest
 
 from chipwise.clib import core
 from support.feed_cases import FORCE
-from support.tooth_oracle import Drive, Limits, Plane
+from support.tooth_oracle import Z, Drive, Limits, Plane, beside
 
-Z = -3.0  # mm, of every pass
 PEAK, REACHED = 1.02, 0.97  # of the limit: held from above, and used where nothing else limits
 ROUGH_PEAK = 1.05  # steps and crossing slots
 BEGUN = 100  # periods in which a tool that begins within the stock speeds up before its weights are known
-
-
-def beside(diameter, share, angle, length=25.0):
-    """A pass that leaves `share` of the diameter beside a slot of the same tool."""
-    plane, along = Plane(), np.array([math.cos(angle), math.sin(angle)])
-    plane.cut([-80.0 * along, 80.0 * along], 0.5 * diameter, Z)
-    begin = np.array([-along[1], along[0]]) * diameter * share - 0.5 * length * along
-    return plane, [core.line((*begin, Z), (*(begin + length * along), Z))]
 
 
 def driven(plane, segments, diameter=10.0, cell=0.25, force=80.0, flutes=3, **more):

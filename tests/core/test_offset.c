@@ -107,6 +107,131 @@ static void length_before_numbers(void)
     }
 }
 
+/* The length, the numbers and the word that the tool is the described one come in any order, as on a busy computer; the new tip
+ * is in the stock. */
+static void unknown_meanwhile(void)
+{
+    int length_at, numbers_at, known_at, i;
+    for (i = 0; i < 27; i++) {
+        double before;
+        int period;
+        length_at = 3 + 4 * (i % 3), numbers_at = 3 + 4 * (i / 3 % 3), known_at = 4 + 4 * (i / 9);
+        begin();
+        go(5.0, -2.0, 50);
+        go(5.0, 1.0, 50);
+        before = out.removed_volume_mm3;
+        for (period = 0; period < 20; period++) {
+            in.tool_unknown = period >= 2 && period < known_at;
+            if (period == length_at) offset(0.0, 0.0, 8.0);
+            if (period == numbers_at) in.tool_diameter_mu = 10.0;
+            periods(1);
+        }
+        expect(out.removed_volume_mm3 == before && out.is_ready, "nothing is cut by a tool at rest");
+        expect(out.buried_depth_mm == 7.0, "it says how deep the tip is there");
+        in.motion = 1;
+        go(5.0, 13.0, 100);
+        expect(out.removed_volume_mm3 == before && !out.has_rapid_contact, "nor as it goes up");
+    }
+}
+
+/* How deep a tip is in the stock by its length, for ends of several shapes: above it, on it, in a slot of its own, beside it. */
+static void buried(void)
+{
+    static const double corners[] = { 0.0, 1.0, 3.0 };
+    int i;
+    for (i = 0; i < 3; i++) {
+        begin();
+        in.tool_corner_radius_mu = corners[i];
+        go(5.0, -2.0, 50);
+        go(25.0, -2.0, 200);
+        go(25.0, 5.0, 50);
+        expect(out.buried_depth_mm == 0.0, "it has cut where it went");
+        offset(0.0, 0.0, 5.0);
+        periods(3);
+        expect(out.buried_depth_mm == 0.0, "on the top of the stock, over its own slot");
+        offset(0.0, 0.0, 7.0);
+        periods(3);
+        expect(out.buried_depth_mm == 0.0, "at the end of its own slot, to its floor");
+        offset(0.0, 0.0, 7.3);
+        periods(3);
+        expect(fabs(out.buried_depth_mm - 0.3) < 0.02, "below that floor");
+        offset(-5.9, 0.0, 7.0);
+        periods(3);
+        expect(fabs(out.buried_depth_mm - 2.0) < 0.02, "beside the slot");
+        offset(0.0, 0.0, -20.0);
+        periods(3);
+        expect(out.buried_depth_mm == 0.0, "above the stock");
+    }
+}
+
+/* A tip that its length has placed in the stock, and what the operator does then: the machine in manual mode, jogged or not, the tool
+ * unknown for a while, the stock defined anew or restored. None of it cuts; out of the stock all is as ever. */
+static void buried_and_jogged(void)
+{
+    static const double places[][2] = { { 25.0, 7.0 }, { 25.0, 4.0 }, { 28.0, 7.0 } }; /* X and Z of the axes */
+    unsigned i;
+    for (i = 0; i < 2 * sizeof places / sizeof *places; i++) {
+        const double *place = places[i / 2];
+        begin();
+        go(25.0, 7.0, 100);
+        offset(0.0, 0.0, 12.0);
+        periods(3);
+        expect(out.buried_depth_mm == 5.0, "5 mm deep");
+        in.motion = 0;
+        in.is_enabled = 0;
+        go(place[0], place[1], 100);
+        in.is_enabled = 1;
+        periods(3);
+        expect(out.removed_volume_mm3 == 0.0 && out.buried_depth_mm == 12.0 - place[1], "where it is jogged to");
+        in.tool_unknown = 1;
+        periods(3);
+        in.tool_unknown = 0;
+        periods(3);
+        in.define_request = i % 2;
+        in.external_writer = !in.define_request;
+        periods(3);
+        in.external_writer = 0;
+        periods(200);
+        expect(out.is_ready && out.removed_volume_mm3 == 0.0 && out.buried_depth_mm == 12.0 - place[1],
+               "nor afterwards");
+        in.motion = 1;
+        go(place[0], 20.0, 100);
+        expect(out.removed_volume_mm3 == 0.0 && !out.has_rapid_contact, "nor as it goes up");
+        in.motion = 2;
+        go(place[0], 9.0, 100);
+        expect(out.buried_depth_mm == 0.0, "a feed is known to be there");
+        near(out.removed_volume_mm3, 3.0 * 0.25 * PI * DIAMETER * DIAMETER, "and it cuts");
+        in.is_enabled = 0;
+        go(place[0] + 10.0, 9.0, 100);
+        in.is_enabled = 1;
+        periods(3);
+        near(out.removed_volume_mm3, 6.0 * 0.25 * PI * DIAMETER * DIAMETER, "where a tool that cuts is jogged to");
+    }
+}
+
+/* A tool without a description, as a probe is, appears, travels over the stock, and the next tool is put in at another place: what
+ * is between the two places was not cut by either. */
+static void undescribed_between(void)
+{
+    static const double never[] = { 0.0, -1.0 };
+    unsigned i;
+    for (i = 0; i < sizeof never / sizeof *never; i++) {
+        begin();
+        go(5.0, 25.0, 50);
+        in.tool_diameter_mu = never[i];
+        periods(5);
+        offset(0.0, 0.0, 30.0); /* its length: the tip is 5 mm under the top of the stock */
+        periods(5);
+        go(5.0, 45.0, 100);
+        go(55.0, 45.0, 200);
+        go(55.0, 25.0, 100);
+        expect(!out.is_ready && out.removed_volume_mm3 == 0.0, "a tool without a diameter cuts nothing");
+        in.tool_diameter_mu = DIAMETER;
+        periods(5);
+        expect(out.removed_volume_mm3 == 0.0, "nor does the next one cut on the way between them");
+    }
+}
+
 /* The offset changes while the axes move: the path before belongs to the old one, the path after to the new one. */
 static void change_on_the_path(void)
 {
@@ -170,6 +295,10 @@ int main(void)
     change_in_the_stock();
     change_on_the_path();
     length_before_numbers();
+    unknown_meanwhile();
+    buried();
+    buried_and_jogged();
+    undescribed_between();
     change_while_the_map_lags();
     jumps_are_still_faults();
     if (!failures) printf("offset: every case as it must be\n");

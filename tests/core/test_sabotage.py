@@ -98,6 +98,11 @@ FAULTS = {
     "STANDSTILL_COUNTED": ("the monitor blamed for a computer that was stopped", "test_seldom.c"),
     "TOOL_NOT_AWAITED": ("a traverse of an unknown tool goes on", "test_seldom.c"),
     "AWAITED_FOR_EVER": ("a traverse waits for a tool that never comes", "test_seldom.c"),
+    "START_FORGOTTEN": ("a tool that is described late cuts where it appeared", "test_offset.c"),
+    "BURIED_FORGOTTEN": ("a tip that its length has placed in the stock cuts where it is jogged to", "test_offset.c"),
+    "BURIED_LOST": ("a tip that its length has placed in the stock cuts a stock that is restored", "test_offset.c"),
+    "UNDESCRIBED_STAYS": ("a tool without a description stays where it appeared", "test_offset.c"),
+    "RIM_BURIED": ("the wall of a tool's own slot counts as stock over its tip", "test_offset.c"),
     "LAG_NOT_ALLOWED": ("the sensor of the spindle's load late by nothing", "test_spindle_load.c"),
     "TRUSTED_ANYHOW": ("a load compared where nothing of it is known", "test_spindle_load.c"),
     "RUBS_UNKNOWN": ("a chip that is not known rubs", "test_run_sums.py::test_the_time_that_a_tool_rubs"),
@@ -238,6 +243,10 @@ FAULTS = {
     "COVER_UNASKED": (
         "what covered one place covers all others",
         "geometry/test_pocket_engage.py::test_engagement_as_the_judge_reads_it",
+    ),
+    "NEXT_LEFT_OUT": (
+        "a segment that goes on from another left out where that one reaches",
+        "geometry/test_pocket_engage.py::test_cleared_is_what_a_segment_is_near_to[0]",
     ),
     "TURN_UNLOOKED": (
         "no room kept to turn away from a wall",

@@ -284,7 +284,7 @@ def test_a_small_stock_has_small_cells():
     """As small as the map's memory allows, between `finest` and `cell`, whatever box comes after which; refused only
     what the coarsest cells cannot hold."""
     rng = np.random.default_rng(20261123)
-    stock = core.Stock((0, 0, -5), (300, 200, 0), 0.25, finest=0.1)
+    stock = core.Stock((0, 0, -5), (300, 200, 0), core.CellSides(0.25, 0.1))
     capacity = stock.head.capacity
     for number in range(300):
         size = rng.uniform(0.05, 1.0, 2) ** 2 * (330, 230)
@@ -308,5 +308,6 @@ def test_a_small_stock_has_small_cells():
 
 
 def test_without_a_finer_cell_all_stocks_have_the_same():
-    for finest in (None, 0.25, 0.3, 0.0, -1.0, math.nan, math.inf):
-        assert core.Stock((0, 0, -5), (10, 10, 0), 0.25, capacity=100_000, finest=finest).head.cell == 0.25
+    finer = [core.CellSides(0.25, finest) for finest in (0.25, 0.3, 0.0, -1.0, math.nan, math.inf)]
+    for cell in (0.25, *finer):
+        assert core.Stock((0, 0, -5), (10, 10, 0), cell, capacity=100_000).head.cell == 0.25, cell

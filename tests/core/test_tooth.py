@@ -9,7 +9,7 @@ import pytest
 
 from chipwise.clib import core, layout
 from support.feed_cases import CHIP, FALLBACK, HERE, NOTHING, ODD, POWER, TORQUE, given, limited
-from support.tooth_oracle import Limits
+from support.tooth_oracle import Limits, anywhere
 
 MC, DEPTH = 0.25, 3.0
 # largest mean error and standard deviation, shares of the truth: cells know 0.1 of their width
@@ -37,13 +37,7 @@ def errors(shape, cell, share, depth, count):
     chip, power = truth(tool, depth, inner)
     found = []
     for _ in range(count):
-        angle, place = rng.uniform(0.0, 2.0 * math.pi), rng.uniform(-3.0, 3.0, 2) * cell
-        along, aside = np.array([math.cos(angle), math.sin(angle)]), np.array([-math.sin(angle), math.cos(angle)])
-        stock = core.Stock((-16.0, -16.0, -10.0), (16.0, 16.0, 0.0), cell)
-        begin = place + aside * (inner - 50.0)
-        core.Cutter(stock, core.Tool(100.0), (*(begin - 60.0 * along), -depth - 1.0)).to(
-            (*(begin + 60.0 * along), -depth - 1.0)
-        )
+        stock, place, along = anywhere(rng, cell, inner, depth)
         met = stock.tooth(tool, (*place, -depth), (*along, 0.0), core.UNCUT)
         found.append((met[0] / chip - 1.0, met[1] / power - 1.0))
     return np.array(found)

@@ -10,7 +10,7 @@ import pytest
 from chipwise.clib import core, layout
 from chipwise.tool_data.bending import stiffness
 from support.feed_cases import FALLBACK, FORCE, ODD, limited
-from support.tooth_oracle import Limits
+from support.tooth_oracle import Limits, anywhere
 
 MC, DEPTH = 0.25, 3.0
 FLAT, CURVED = (0.01, 0.03), (0.04, 0.05)  # mean error and standard deviation of the sums, shares of the truth
@@ -47,13 +47,7 @@ def errors(shape, cell, share, depth, count, edges):
     inner = tool.radius * (1.0 - 2.0 * share)
     exact, found = np.array(truth(tool, depth, inner, edges)), []
     for _ in range(count):
-        angle, place = rng.uniform(0.0, 2.0 * math.pi), rng.uniform(-3.0, 3.0, 2) * cell
-        along, aside = np.array([math.cos(angle), math.sin(angle)]), np.array([-math.sin(angle), math.cos(angle)])
-        stock = core.Stock((-16.0, -16.0, -10.0), (16.0, 16.0, 0.0), cell)
-        begin = place + aside * (inner - 50.0)
-        core.Cutter(stock, core.Tool(100.0), (*(begin - 60.0 * along), -depth - 1.0)).to(
-            (*(begin + 60.0 * along), -depth - 1.0)
-        )
+        stock, place, along = anywhere(rng, cell, inner, depth)
         found.append(np.array(stock.side_force(tool, (*place, -depth), (*along, 0.0), core.UNCUT)) / exact - 1.0)
     return np.array(found)
 

@@ -9,22 +9,13 @@ import pytest
 
 from chipwise.clib import core
 from support.feed_cases import CHIP, FALLBACK, POWER, TORQUE
-from support.tooth_oracle import ACCEL, PERIOD, Drive, Limits, Plane, chip_and_torque, means
+from support.tooth_oracle import ACCEL, PERIOD, Z, Drive, Limits, Plane, beside, chip_and_torque, means
 
-Z = -3.0  # mm, of every pass
 PEAK = 1.02  # largest mean over 10 ms, share of the limit: slots, side cuts, arcs
 ROUGH_PEAK, ROUGH_OVER = 1.05, 0.002  # steps and crossing slots: peak, and share of the time above PEAK
 REACHED = 0.97  # the limit is used up to this where nothing else limits
 CODES = {"chip": CHIP, "power": POWER, "torque": TORQUE}
 BOUNDS = {"chip": 0.03, "power": 900.0, "torque": 0.7}  # mm, W, Nm, in a slot of D10: 15 to 18 mm/s
-
-
-def beside(diameter, share, angle, length=25.0):
-    """A pass that leaves `share` of the diameter beside a slot of the same tool."""
-    plane, along = Plane(), np.array([math.cos(angle), math.sin(angle)])
-    plane.cut([-80.0 * along, 80.0 * along], 0.5 * diameter, Z)
-    begin = np.array([-along[1], along[0]]) * diameter * share - 0.5 * length * along
-    return plane, [core.line((*begin, Z), (*(begin + length * along), Z))]
 
 
 def driven(plane, segments, diameter=10.0, cell=0.25, kind="chip", bound=None, **more):

@@ -138,21 +138,37 @@ def test_lengths_on_an_inch_machine(tmp_path):
     check(operate(tmp_path, do, ini="mill_inch.ini", edit=machine(tmp_path)), seen)
 
 
-def test_the_guard_still_stops_a_long_tool(tmp_path):
-    """A length that is really too long for the move: the traverse is stopped before the stock, nothing is cut.
-
-    Also if a busy computer keeps the monitor from seeing T8: the first traverse behind it waits, and says so after half
-    a second."""
-    text = "G21 G90 G17\nT1 M6\nG43\nG0 Z160\nG0 X30 Y20\nT8 M6\nG43\nG0 Z5\nG49\nG0 Z120\nG43 H8\nG0 Z20\nG0 Z-5\nM2\n"
+def stopped_by_the_guard(tmp_path, text):
+    """(mm3 removed, messages but for that of a traverse that waits) of a program that the guard stops."""
     do, _seen = steps(tmp_path, text)
-    program_file = tmp_path / "crash.ngc"
+    program_file = tmp_path / "stopped.ngc"
     program_file.write_text(text)
     answers = operate(
         tmp_path,
         [*do[:2], ["open", str(program_file)], ["run_until_stopped", 30], STATE, ["abort"], ["errors"]],
         edit=machine(tmp_path),
     )
-    print(answers)
-    assert answers[3] is True and float(answers[4][0]) == 0.0
-    stopped = [text for text in answers[6] if "a traverse waits because" not in text]
-    assert len(stopped) == 1 and "rapid stopped" in stopped[0], answers[6]
+    assert answers[3] is True, answers
+    return float(answers[4][0]), [text for text in answers[6] if "a traverse waits because" not in text]
+
+
+def test_the_guard_still_stops_a_long_tool(tmp_path):
+    """A length that is really too long for the move: the traverse is stopped before the stock, nothing is cut.
+
+    Also if a busy computer keeps the monitor from seeing T8: the first traverse behind it waits, and says so after half
+    a second."""
+    text = "G21 G90 G17\nT1 M6\nG43\nG0 Z160\nG0 X30 Y20\nT8 M6\nG43\nG0 Z5\nG49\nG0 Z120\nG43 H8\nG0 Z20\nG0 Z-5\nM2\n"
+    removed, told = stopped_by_the_guard(tmp_path, text)
+    assert removed == 0.0
+    assert len(told) == 1 and "rapid stopped" in told[0], told
+
+
+def test_a_length_that_cannot_be(tmp_path):
+    """The length of T8 places its tip 25.10 mm under the top of the stock, whether the monitor has seen the
+    tool before or after G43.  The operator reads it, and the model loses nothing by the tool at rest or going up;
+    sideways the guard stops it within 1 mm."""
+    text = "G21 G90 G17\nT1 M6\nG43\nG0 Z60.023\nG0 X30 Y20\nT8 M6\nG43\nG0 Z5\nG49\nG0 Z60.023\nG43 H8\nG0 X35\nM2\n"
+    removed, told = stopped_by_the_guard(tmp_path, text)
+    assert removed < 1.0 * 6.0 * 10.0
+    assert len(told) == 3 and "the tip of tool 8 is 25.10 mm deep in the stock" in told[0], told
+    assert "rapid stopped" in told[2], told

@@ -8,7 +8,7 @@ import subprocess
 
 import pytest
 
-from support import ROOT, samples
+from support import ROOT, buried_tip, samples
 
 pytestmark = pytest.mark.machine
 
@@ -71,6 +71,19 @@ def test_a_sample_of_linuxcnc_with_the_lines_of_readme(scene):
     found = scene("machines.sample", configuration="axis_mm")
     assert samples.verdict(samples.named("axis_mm"), found["result"]) == "", found
     assert found["result"]["during"] == {"stock-tracker.0.path-known": "TRUE"}
+
+
+@pytest.mark.parametrize(
+    "ini, mm, texts",
+    [
+        ("mill.ini", 1.0, ("5.00 mm", "4.00 mm", "6.00 mm")),
+        ("mill_inch.ini", 25.4, ("0.1969 in", "0.1575 in", "0.2362 in")),
+    ],
+)
+def test_a_length_that_cannot_be(scene, ini, mm, texts):
+    """The message of realtime reaches the ordinary user's screen, once each time, also at the second start."""
+    for answers in scene("machines.buried", ini=ini, mm=mm):
+        assert buried_tip.verdict(answers, 1 / mm, texts) == ""
 
 
 OWNERS = "return is_us(about->shm_perm.uid) && is_us(about->shm_perm.cuid) && (about->shm_perm.mode & 0077) == 0;"

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import ctypes as C
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -89,13 +90,21 @@ class Tool:
         return library().chip_tool_reach(C.byref(self.c), height)
 
 
+class CellSides(NamedTuple):
+    """mm: between which the side of a stock's cells is, by the room for them."""
+
+    coarsest: float
+    finest: float
+
+
 class Stock:
     """A stock box `low`..`high` (3 floats each, mm, machine coordinates) with square cells; shape 1: the
-    cylinder along Z inscribed in it.  turn (rad): the box is turned about its middle by that.  With room for more cells
-    (`capacity`) than it needs, they get smaller, down to `finest` mm."""
+    cylinder along Z inscribed in it.  turn (rad): the box is turned about its middle by that.  cell: their side in mm,
+    or CellSides: with room for more cells (`capacity`) than the coarsest ones need, they get smaller."""
 
-    def __init__(self, low, high, cell=0.25, capacity=None, shape=0, turn=0.0, finest=None):
+    def __init__(self, low, high, cell=0.25, capacity=None, shape=0, turn=0.0):
         lib = library()
+        cell, finest = cell if isinstance(cell, CellSides) else (cell, cell)
         wide, deep = (abs(math.cos(turn)), abs(math.sin(turn))) if turn else (1.0, 0.0)
         size = high[0] - low[0], high[1] - low[1]
         cells = capacity or lib.chip_stock_cells(cell, wide * size[0] + deep * size[1], deep * size[0] + wide * size[1])
@@ -103,7 +112,7 @@ class Stock:
             raise CoreError(f"stock: {_STOCK_ERRORS[layout.StockError.EMPTY]} (min {tuple(low)}, max {tuple(high)} mm)")
         self._block = np.zeros(lib.chip_stock_bytes(cells), np.uint8)
         self.address = self._block.ctypes.data
-        lib.chip_stock_init_finer(self.address, cell, cell if finest is None else finest, cells)
+        lib.chip_stock_init_finer(self.address, cell, finest, cells)
         self.define(low, high, shape, turn)
 
     def define(self, low, high, shape=0, turn=0.0):

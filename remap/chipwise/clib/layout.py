@@ -101,6 +101,7 @@ PROOF_SEGMENT = 0.2
 PROOF_SIDE = 0.001
 PROOF_SKIN = 0.004
 PROOF_WITNESS = 0.1
+RASTER_NEIGHBOURS = 8
 RATE_SLOTS = 1024
 RIM = 32768
 RIM_CUT = 511
@@ -1348,6 +1349,7 @@ class TrackerOut(C.Structure):
         ("mrr_mm3_min", C.c_double),
         ("section_area_mm2", C.c_double),
         ("depth_mm", C.c_double),
+        ("buried_depth_mm", C.c_double),
         ("dir_z", C.c_double),
         ("descent_mm", C.c_double),
         ("descent_accel_mm_s2", C.c_double),
@@ -1385,6 +1387,7 @@ class Tracker(C.Structure):
         ("offset_mu", C.c_double * 3),
         ("start", C.c_double * 3),
         ("has_start", C.c_int),
+        ("buried_mm", C.c_double),
         ("tip_known", C.c_int),
         ("last_request", C.c_int),
         ("box_error", C.c_int),
@@ -2146,6 +2149,20 @@ class ElementTree(C.Structure):
     ]
 
 
+class Raster(C.Structure):
+    """struct chip_raster"""
+
+    __slots__ = ()
+    _fields_ = [
+        ("columns", C.c_int64),
+        ("rows", C.c_int64),
+        ("free", C.c_void_p),
+        ("count", C.c_int64),
+        ("step", C.c_void_p),
+        ("length", C.c_void_p),
+    ]
+
+
 STRUCTURES = {
     "chip_feed_in": FeedIn,
     "chip_feed_out": FeedOut,
@@ -2236,4 +2253,5 @@ STRUCTURES = {
     "chip_tracer_row": TracerRow,
     "chip_engage_rule": EngageRule,
     "chip_element_tree": ElementTree,
+    "chip_raster": Raster,
 }
