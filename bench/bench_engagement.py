@@ -87,7 +87,7 @@ def rapid_seconds(run):
 
 
 def heading(e, at_end):
-    if e.kind != "arc":
+    if e.centre is None:
         return math.atan2(e.b[1] - e.a[1], e.b[0] - e.a[0])
     start, turn = e.sweep
     return start + (turn if at_end else 0.0) + math.copysign(math.pi / 2, turn)
@@ -95,16 +95,12 @@ def heading(e, at_end):
 
 def feed_seconds(run):
     """From standstill to standstill along feeds."""
-    run = [e for e in run if (e.kind == "arc" or math.dist(e.a, e.b) > 1e-9)]
+    run = [e for e in run if e.centre is not None or math.dist(e.a, e.b) > 1e-9]
     if not run:
         return 0.0
-    size = np.array([e.radius * abs(e.sweep[1]) if e.kind == "arc" else math.dist(e.a, e.b) for e in run])
-    most = np.array(
-        [
-            min(FEED, math.sqrt(ACCEL * e.radius)) if e.kind == "arc" else RAPID if e.kind == "rapid" else FEED
-            for e in run
-        ]
-    )
+    size = np.array([math.dist(e.a, e.b) if e.centre is None else e.radius * abs(e.sweep[1]) for e in run])
+    bend = [math.inf if e.centre is None else math.sqrt(ACCEL * e.radius) for e in run]
+    most = np.array([min(RAPID if e.kind == "rapid" else FEED, fastest) for e, fastest in zip(run, bend)])
     at = np.concatenate(([0.0], np.minimum(most[:-1], most[1:]), [0.0]))
     for k in range(1, len(run)):
         if abs(math.remainder(heading(run[k], False) - heading(run[k - 1], True), 2 * math.pi)) > SHARP:

@@ -101,9 +101,9 @@ def run(shape, strategy, depth, limit, folder):
     tools.write_text(geometry(limit))
     found = runner.run_headless(
         str(path),
+        runner.Machine(settings={"TOOL_GEOMETRY": str(tools)}),
         speed=SPEED,
         timeout=SECONDS,
-        settings={"TOOL_GEOMETRY": str(tools)},
         log=str(folder / f"{strategy}.npz"),
     )
     if found["exit_status"] or found["errors"]:

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
 /* engage.h - a path of constant engagement through the level of a pocket.
  *
- * Who calls it: remap/chipwise/geometry/pocket/engage_core.py, through the shared library. Never in realtime.
+ * Who calls it: remap/chipwise/geometry/pocket/engage_ground.py, through the shared library. Never in realtime.
  *
  * Principle:
  *  1. Ground is cleared by a disc of the tool's radius that ran along segments: lines and arcs. Whether a place is cleared is
- *     asked of the segments themselves, by exact distance; a grid of squares only says which to ask.
+ *     asked of the segments themselves, by exact distance; a grid of squares only says which to ask. Of
+ *     two segments that follow one another a square has one only, if that is nearer to all of it.
  *  2. The tool's engagement is the part of the front half of its circle that is not cleared: the ends of each part are found
  *     by halving.
  *  3. With the stock on the right, engagement stays at the angle a if the path heads for arg(q - p) + 90 degrees - a: p is
@@ -45,6 +46,11 @@ int chip_engage_failed(const struct chip_engage *e);
 /* Distance of n points from the border of the region, positive within it [1]. */
 void chip_engage_depth(struct chip_engage *e, long n, const double (*point)[2], double *depth);
 
+/* Whether n elements stay within the region, but for `slack`: each is asked at its start, its end, and between them as far on as is
+ * free about the place, by at least `stride`. */
+int chip_engage_inside(struct chip_engage *e, long n, const double (*element)[CHIP_ENGAGE_COLUMNS], double slack,
+                       double stride);
+
 /* Clears along n elements. */
 void chip_engage_clear(struct chip_engage *e, long n, const double (*element)[CHIP_ENGAGE_COLUMNS]);
 
@@ -55,6 +61,10 @@ void chip_engage_rim(struct chip_engage *e, long n, const double (*point)[2], do
  * a remainder that is not seen. */
 int chip_engage_swept(struct chip_engage *e, long n, const double (*element)[CHIP_ENGAGE_COLUMNS], double more,
                       double fine);
+
+/* Labels the places of a raster (columns, rows) that are wanted, 1: those that hang together, by a side or a corner, have one number
+ * from 1 on, in the order of their first place; 0: not wanted. waiting: room for columns * rows. Returns how many there are. */
+long chip_engage_patches(long columns, long rows, const uint8_t *wanted, int32_t *label, int32_t *waiting);
 
 /* Engagement at n poses (x, y, heading) [2]. */
 void chip_engage_at(struct chip_engage *e, long n, const double (*pose)[3], double *angle);

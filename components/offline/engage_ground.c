@@ -1,14 +1,13 @@
 /* SPDX-License-Identifier: GPL-2.0-or-later */
-/* engage_ground.c - see engage.h: segments, the grid over them, what is cleared, and engagement [1, 2]. */
+/* engage_ground.c - see engage.h: segments, the grid over them, what is cleared [1]. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "engage_state.h"
 
-#define FRONT 60      /* parts of the front half circle that are looked at */
-#define HALVINGS 9    /* of a part at the end of stock */
 #define RIM 64        /* parts of the whole circle */
 #define STRAIGHT 1e-9 /* rad: an arc that turns less is a line */
+#define MOST_TURN 2.0 /* rad: of an arc more than this nothing is said of which end is nearest */
 
 struct chip_engage_segment chip_engage_segment_of(const double v[CHIP_ENGAGE_COLUMNS])
 {
@@ -42,6 +41,7 @@ int chip_engage_grid_make(struct chip_engage_grid *g, const double box[4], doubl
     g->x0 = box[0];
     g->y0 = box[1];
     g->size = size;
+    g->per_mm = 1.0 / size;
     g->columns = (long)((box[2] - box[0]) / size) + 1;
     g->rows = (long)((box[3] - box[1]) / size) + 1;
     g->square = calloc((size_t)(g->columns * g->rows), sizeof *g->square);
@@ -81,18 +81,45 @@ static int one_more(struct chip_engage_grid *g)
     return 0;
 }
 
-static void enter(struct chip_engage *e, struct chip_engage_square *s, double gap)
+/* How far a square (middle, half a side) lies beyond a place in a direction, at least; in lengths of the direction. */
+static double beyond(const double square[3], double x, double y, double dx, double dy)
+{
+    return (square[0] - x) * dx + (square[1] - y) * dy - square[2] * (fabs(dx) + fabs(dy));
+}
+
+/* Whether an end of a segment is its nearest place to all of a square: the square lies beyond the line across the segment at this
+ * end, and on this side of the line of places to which both ends are as near. */
+static int end_is_nearest(const struct chip_engage_segment *p, int at_end, const double square[3])
+{
+    double out = at_end ? 1.0 : -1.0, dx = out * (p->bx - p->ax), dy = out * (p->by - p->ay);
+    double x = at_end ? p->bx : p->ax, y = at_end ? p->by : p->ay;
+    if (p->radius == 0.0) return beyond(square, x, y, dx, dy) >= 0.0;
+    if (fabs(p->turn) > MOST_TURN) return 0;
+    if (beyond(square, 0.5 * (p->ax + p->bx), 0.5 * (p->ay + p->by), dx, dy) < 0.0) return 0;
+    if (p->turn < 0.0) out = -out;
+    return beyond(square, x, y, -out * (y - p->cy), out * (x - p->cx)) >= 0.0;
+}
+
+/* Enters a segment into a square. If it goes on from the last one, `before`, a square needs that of both which is nearer to all
+ * of it: what the other covers there is covered by this one, too. */
+static void enter(struct chip_engage *e, struct chip_engage_square *s, const double at[3],
+                  const struct chip_engage_segment *before)
 {
     struct chip_engage_grid *g = &e->ground;
-    double half = CHIP_ENGAGE_WHOLE * g->size;
-    if (s->count < 0 || gap > e->radius + half) return;
+    const struct chip_engage_segment *p = &g->segment[g->count];
+    double half = CHIP_ENGAGE_WHOLE * g->size, gap;
+    if (s->count < 0 || (before && end_is_nearest(p, 0, at))) return;
+    CHIP_FAULT(NEXT_LEFT_OUT, if (before && s->count) return )
+    gap = chip_sqrt(chip_engage_gap2(p, at[0], at[1]));
+    if (gap > e->radius + half) return;
     if (gap < e->radius * (1.0 - CHIP_ENGAGE_SLACK) - half) {
         free(s->segment);
         memset(s, 0, sizeof *s);
         s->count = -1;
-    } else if (chip_engage_list(s, g->count)) {
-        e->failed = 1;
+        return;
     }
+    if (before && s->count && s->segment[s->count - 1] == g->count - 1 && end_is_nearest(before, 1, at)) s->count--;
+    if (chip_engage_list(s, g->count)) e->failed = 1;
 }
 
 static void box_of(const struct chip_engage_segment *p, double box[4])
@@ -126,17 +153,20 @@ void chip_engage_near(const struct chip_engage_grid *g, const struct chip_engage
 void chip_engage_put(struct chip_engage *e, const struct chip_engage_segment *p)
 {
     struct chip_engage_grid *g = &e->ground;
+    const struct chip_engage_segment *before = 0;
     long i, j, near[4];
     if (one_more(g)) {
         e->failed = 1;
         return;
     }
     g->segment[g->count] = *p;
+    if (g->count && p->ax == g->segment[g->count - 1].bx && p->ay == g->segment[g->count - 1].by)
+        before = &g->segment[g->count - 1];
     chip_engage_near(g, p, e->radius, near);
     for (j = near[1]; j <= near[3]; j++)
         for (i = near[0]; i <= near[2]; i++) {
-            double x = g->x0 + ((double)i + 0.5) * g->size, y = g->y0 + ((double)j + 0.5) * g->size;
-            enter(e, &g->square[j * g->columns + i], chip_sqrt(chip_engage_gap2(p, x, y)));
+            double at[3] = { g->x0 + ((double)i + 0.5) * g->size, g->y0 + ((double)j + 0.5) * g->size, 0.5 * g->size };
+            enter(e, &g->square[j * g->columns + i], at, before);
         }
     g->count++;
 }
@@ -150,145 +180,33 @@ void chip_engage_clear(struct chip_engage *e, long n, const double (*element)[CH
     }
 }
 
-/* Whether no segment is as near to a point as `within`, whose square is given: the last ones are asked first. */
-int chip_engage_uncut(const struct chip_engage *e, double x, double y, double within2)
+/* Whether no segment is as near to a point as `within`: the last ones are asked first. */
+int chip_engage_uncut(const struct chip_engage *e, double x, double y, double within)
 {
     const struct chip_engage_square *s = chip_engage_square_at(&e->ground, x, y);
     int32_t k;
     if (!s) return 1;
     for (k = s->count - 1; k >= 0; k--)
-        if (chip_engage_gap2(&e->ground.segment[s->segment[k]], x, y) < within2) return 0;
+        if (chip_engage_covers(&e->ground.segment[s->segment[k]], x, y, within)) return 0;
     return s->count >= 0;
-}
-
-/* A circle that is asked where it is uncut, and the segment that covered the last place: it mostly covers the next one, too. */
-struct rim {
-    const struct chip_engage *e;
-    double x, y, radius, within2;
-    int32_t covering;
-};
-
-static struct rim rim_of(const struct chip_engage *e, struct chip_engage_pose p)
-{
-    double within = e->radius * (1.0 - CHIP_ENGAGE_SLACK);
-    return (struct rim){ e, p.x, p.y, e->radius, within * within, -1 };
-}
-
-/* Whether the rim is uncut in the direction of a unit vector. */
-static int uncut_toward(struct rim *rim, double c, double s)
-{
-    double x = rim->x + rim->radius * c, y = rim->y + rim->radius * s;
-    const struct chip_engage_grid *g = &rim->e->ground;
-    const struct chip_engage_square *square = chip_engage_square_at(g, x, y);
-    int32_t k;
-    if (!square) return 1;
-    if (square->count <= 0) return square->count == 0;
-    CHIP_FAULT(COVER_UNASKED, if (rim->covering >= 0) return 0)
-    if (rim->covering >= 0 && chip_engage_gap2(&g->segment[rim->covering], x, y) < rim->within2) return 0;
-    for (k = square->count - 1; k >= 0; k--)
-        if (chip_engage_gap2(&g->segment[square->segment[k]], x, y) < rim->within2) {
-            rim->covering = square->segment[k];
-            return 0;
-        }
-    return 1;
-}
-
-/* The angle between `from` and `to` at which what is uncut begins or ends. */
-static double border(struct rim *rim, double from, double to, int uncut_from)
-{
-    int k;
-    for (k = 0; k < HALVINGS; k++) {
-        double middle = 0.5 * (from + to);
-        if (uncut_toward(rim, cos(middle), sin(middle)) == uncut_from)
-            from = middle;
-        else
-            to = middle;
-    }
-    return 0.5 * (from + to);
-}
-
-/* How far from 90 degrees aside a circle still lies within its own slot, less the slack. */
-static double aside(void) { return 1.4 * acos(1.0 - CHIP_ENGAGE_SLACK); }
-
-/* Turns a unit vector (c, s) by the angle of another. */
-static void turn(double *c, double *s, double by_c, double by_s)
-{
-    double old = *c;
-    *c = old * by_c - *s * by_s;
-    *s = old * by_s + *s * by_c;
-}
-
-/* Engagement; once it is above `enough`, only that it is. */
-static double front_to(const struct chip_engage *e, struct chip_engage_pose p, double enough)
-{
-    double edge = aside(), first = p.heading - 0.5 * CHIP_PI + edge, part = (CHIP_PI - 2.0 * edge) / FRONT;
-    double sum = 0.0, last = first, c = cos(first), s = sin(first), part_c = cos(part), part_s = sin(part);
-    struct rim rim = rim_of(e, p);
-    int before = uncut_toward(&rim, c, s), k;
-    if (before) sum += edge;
-    for (k = 1; k <= FRONT && sum <= enough; k++) {
-        double angle = first + part * k;
-        int now;
-        turn(&c, &s, part_c, part_s);
-        now = uncut_toward(&rim, c, s);
-        if (now && before) sum += part;
-        if (now != before) {
-            double end = border(&rim, last, angle, before);
-            sum += before ? end - last : angle - end;
-        }
-        before = now;
-        last = angle;
-    }
-    CHIP_FAULT(ENGAGEMENT_LESS, sum *= 0.8)
-    return before ? sum + edge : sum;
-}
-
-double chip_engage_front(const struct chip_engage *e, struct chip_engage_pose p) { return front_to(e, p, 1e9); }
-
-int chip_engage_above(const struct chip_engage *e, struct chip_engage_pose p, double limit)
-{
-    return front_to(e, p, limit) > limit;
-}
-
-/* Whether anything of the front half circle is uncut, and the direction of the leftmost such place [3]. */
-int chip_engage_leftmost(const struct chip_engage *e, struct chip_engage_pose p, double *toward)
-{
-    double left = p.heading + 0.5 * CHIP_PI, last = left, c = cos(left), s = sin(left);
-    double part_c = cos(CHIP_PI / FRONT), part_s = -sin(CHIP_PI / FRONT);
-    struct rim rim = rim_of(e, p);
-    int k;
-    for (k = 0; k <= FRONT; k++) {
-        double angle = left - CHIP_PI * k / FRONT;
-        if (uncut_toward(&rim, c, s)) {
-            *toward = k ? border(&rim, angle, last, 1) : angle;
-            return 1;
-        }
-        last = angle;
-        turn(&c, &s, part_c, part_s);
-    }
-    return 0;
-}
-
-void chip_engage_at(struct chip_engage *e, long n, const double (*pose)[3], double *angle)
-{
-    long k;
-    for (k = 0; k < n; k++)
-        angle[k] = chip_engage_front(e, (struct chip_engage_pose){ pose[k][0], pose[k][1], pose[k][2] });
 }
 
 void chip_engage_rim(struct chip_engage *e, long n, const double (*point)[2], double less, uint8_t *cleared)
 {
     double r = e->radius - less, within = e->radius * (1.0 - CHIP_ENGAGE_SLACK), rim[RIM][2];
     long k;
-    int a;
-    for (a = 0; a < RIM; a++) {
+    int a, looks = r > 0.0 ? RIM : 1, first = 0; /* where the last one was uncut, the next one is likely to be */
+    for (a = 0; a < looks; a++) {
         double angle = 2.0 * CHIP_PI * a / RIM;
         rim[a][0] = r * cos(angle);
         rim[a][1] = r * sin(angle);
     }
     for (k = 0; k < n; k++) {
-        for (a = 0; a < RIM; a++)
-            if (chip_engage_uncut(e, point[k][0] + rim[a][0], point[k][1] + rim[a][1], within * within)) break;
-        cleared[k] = a == RIM;
+        for (a = 0; a < looks; a++) {
+            const double *toward = rim[(first + a) % looks];
+            if (chip_engage_uncut(e, point[k][0] + toward[0], point[k][1] + toward[1], within)) break;
+        }
+        cleared[k] = a == looks;
+        if (a < looks) first = (first + a) % looks;
     }
 }

@@ -19,8 +19,8 @@ static int square_cleared(const struct sweep *s, double x, double y, double half
     double diagonal = 2.0 * CHIP_ENGAGE_WHOLE * half, away = chip_sqrt(chip_engage_gap2(&s->segment, x, y));
     double within = s->e->radius - diagonal, side = 0.5 * half;
     if (away > s->reach + diagonal) return 1;
-    if (within > 0.0 && !chip_engage_uncut(s->e, x, y, within * within)) return 1;
-    if (half < s->fine) return away > s->reach || !chip_engage_uncut(s->e, x, y, s->e->radius * s->e->radius);
+    if (within > 0.0 && !chip_engage_uncut(s->e, x, y, within)) return 1;
+    if (half < s->fine) return away > s->reach || !chip_engage_uncut(s->e, x, y, s->e->radius);
     return square_cleared(s, x - side, y - side, side) && square_cleared(s, x + side, y - side, side)
         && square_cleared(s, x - side, y + side, side) && square_cleared(s, x + side, y + side, side);
 }
@@ -51,17 +51,17 @@ int chip_engage_swept(struct chip_engage *e, long n, const double (*element)[CHI
 static double square_left(struct chip_engage *e, double x, double y, double half, double fine, double place[2])
 {
     double diagonal = 2.0 * CHIP_ENGAGE_WHOLE * half, within = e->radius - diagonal, side = 0.5 * half;
-    double out = e->radius + chip_engage_wall_foot(e, x, y).depth; /* within what the tool can reach */
-    double whole = e->radius + diagonal;
+    double whole = e->radius + diagonal, out;
+    if (within > 0.0 && !chip_engage_uncut(e, x, y, within)) return 0.0;
+    out = e->radius + chip_engage_wall_foot(e, x, y).depth; /* within what the tool can reach */
     if (out < SKIN_MM - diagonal) return 0.0;
-    if (within > 0.0 && !chip_engage_uncut(e, x, y, within * within)) return 0.0;
-    if (out > SKIN_MM + diagonal && chip_engage_uncut(e, x, y, whole * whole)) {
+    if (out > SKIN_MM + diagonal && chip_engage_uncut(e, x, y, whole)) {
         place[0] = x;
         place[1] = y;
         return 4.0 * half * half;
     }
     if (half < fine) {
-        if (out < SKIN_MM || !chip_engage_uncut(e, x, y, e->radius * e->radius)) return 0.0;
+        if (out < SKIN_MM || !chip_engage_uncut(e, x, y, e->radius)) return 0.0;
         place[0] = x;
         place[1] = y;
         return 4.0 * half * half;

@@ -30,6 +30,7 @@ struct trace {
     struct chip_engage_pose at;
     double bend;  /* curvature of the last step */
     double angle; /* its engagement */
+    double known; /* engagement of the next pose where it has been asked already, or negative */
     double air, thin;
     int why;
 };
@@ -135,7 +136,7 @@ static int border_step(const struct trace *t, struct chip_engage_pose *o)
 }
 
 /* A step by the equation [3], if it is possible and keeps the angle; its curvature. */
-static int even_step(const struct trace *t, double *bend)
+static int even_step(struct trace *t, double *bend)
 {
     const struct chip_engage_rule *rule = t->rule;
     double toward, now;
@@ -147,7 +148,9 @@ static int even_step(const struct trace *t, double *bend)
     now = chip_engage_front(t->e, o);
     if (now > rule->angle + OVER || now < rule->angle - UNDER || depth(t, o) < 0.0 || !inside(t, *bend)) return 0;
     if (!room_to_turn(t, o, TOUCH_MM)) return 0;
-    return !chip_engage_above(t->e, ahead(o, 1.0 / rule->rho, 0.6 * rule->rho), rule->angle + rule->escape);
+    if (chip_engage_above(t->e, ahead(o, 1.0 / rule->rho, 0.6 * rule->rho), rule->angle + rule->escape)) return 0;
+    t->known = now;
+    return 1;
 }
 
 /* The curvature furthest to the right that keeps to [4]; 0 if none does and the path has to end. */
@@ -185,6 +188,7 @@ static int rightmost(struct trace *t, double *bend)
 static int next_pose(struct trace *t, struct chip_engage_pose *o)
 {
     double bend;
+    t->known = -1.0;
     if (border_step(t, o)) {
         t->bend = chip_clamp(remainder(o->heading - t->at.heading, 2.0 * CHIP_PI) / t->rule->step, -1.0 / t->rule->rho,
                              1.0 / t->rule->rho);
@@ -200,6 +204,7 @@ static int next_pose(struct trace *t, struct chip_engage_pose *o)
             return 0;
         }
         *o = put;
+        t->known = -1.0;
     }
     return 1;
 }
@@ -208,7 +213,7 @@ static int next_pose(struct trace *t, struct chip_engage_pose *o)
 static int done(struct trace *t, struct chip_engage_pose o, int commit)
 {
     double step = hypot(o.x - t->at.x, o.y - t->at.y);
-    t->angle = chip_engage_front(t->e, o);
+    t->angle = t->known >= 0.0 ? t->known : chip_engage_front(t->e, o);
     if (commit) {
         struct chip_engage_segment p = chip_engage_segment_between(t->at, o);
         chip_engage_put(t->e, &p);
@@ -224,7 +229,7 @@ static int done(struct trace *t, struct chip_engage_pose o, int commit)
 long chip_engage_trace(struct chip_engage *e, const double pose[3], const struct chip_engage_rule *rule, int commit,
                        double (*out)[4], long room, int *why)
 {
-    struct trace t = { e, rule, { pose[0], pose[1], pose[2] }, 0.0, 0.0, 0.0, 0.0, 0 };
+    struct trace t = { e, rule, { pose[0], pose[1], pose[2] }, 0.0, 0.0, -1.0, 0.0, 0.0, 0 };
     struct chip_engage_pose o;
     long n = 0;
     int going = 1;

@@ -40,6 +40,7 @@ struct chip_engage *chip_engage_open(long n, const double (*element)[CHIP_ENGAGE
     if (!e) return 0;
     frame(n, element, box);
     e->radius = radius;
+    chip_engage_fans(e);
     for (k = 0; k < 2; k++) {
         box[k] -= 2.0 * radius;
         box[k + 2] += 2.0 * radius;
@@ -118,13 +119,25 @@ static void corner(const struct chip_engage *e, const struct chip_engage_segment
     n[1] += second[1];
 }
 
+/* Whether an end of a segment is as near to a point as the segment, `least` away; how far both ends are then. */
+static int end_as_near(const struct chip_engage_segment *p, double x, double y, double least, double *to_start,
+                       double *to_end)
+{
+    double ax = x - p->ax, ay = y - p->ay, bx = x - p->bx, by = y - p->by, most = least + 2.0 * SAME_MM;
+    if (chip_min(ax * ax + ay * ay, bx * bx + by * by) > most * most * (1.0 + 1e-12))
+        return 0; /* mostly: no root is needed */
+    *to_start = hypot(ax, ay);
+    *to_end = hypot(bx, by);
+    return chip_min(*to_start, *to_end) <= least + SAME_MM;
+}
+
 /* How deep a point is by one of the nearest segments, `least` away; whether that is no more than a guess. */
 static struct chip_engage_foot beside(const struct chip_engage *e, const struct chip_engage_segment *p, double x,
                                       double y, double least, int *guess)
 {
     struct chip_engage_foot found;
-    double n[2], to_start = hypot(x - p->ax, y - p->ay), to_end = hypot(x - p->bx, y - p->by);
-    if (least > SAME_MM && chip_min(to_start, to_end) <= least + SAME_MM) {
+    double n[2], to_start, to_end;
+    if (least > SAME_MM && end_as_near(p, x, y, least, &to_start, &to_end)) {
         int at_end = to_end < to_start;
         double ox = x - (at_end ? p->bx : p->ax), oy = y - (at_end ? p->by : p->ay), side;
         corner(e, p, at_end, n);
@@ -169,7 +182,7 @@ static int within(const struct chip_engage *e, double x, double y)
 }
 
 /* The nearest place of the border, and on which side of it a point is: where the nearest segments do not agree, all are asked. */
-struct chip_engage_foot chip_engage_wall_foot(struct chip_engage *e, double x, double y)
+static struct chip_engage_foot foot_of(struct chip_engage *e, double x, double y)
 {
     struct chip_engage_square *s = chip_engage_square_at(&e->wall, x, y);
     struct chip_engage_foot found = { -1e3, 0.0, 0.0 };
@@ -202,8 +215,44 @@ struct chip_engage_foot chip_engage_wall_foot(struct chip_engage *e, double x, d
     return found;
 }
 
+struct chip_engage_foot chip_engage_wall_foot(struct chip_engage *e, double x, double y)
+{
+    if (e->any_asked && x == e->asked_x && y == e->asked_y) return e->asked;
+    e->asked = foot_of(e, x, y);
+    e->asked_x = x;
+    e->asked_y = y;
+    e->any_asked = 1;
+    return e->asked;
+}
+
 void chip_engage_depth(struct chip_engage *e, long n, const double (*point)[2], double *depth)
 {
     long k;
     for (k = 0; k < n; k++) depth[k] = chip_engage_wall_foot(e, point[k][0], point[k][1]).depth;
+}
+
+/* Whether an element stays within the region. */
+static int stays_inside(struct chip_engage *e, const double v[CHIP_ENGAGE_COLUMNS], double slack, double stride)
+{
+    double radius = v[6] != 0.0 ? hypot(v[0] - v[4], v[1] - v[5]) : 0.0;
+    double length = v[6] != 0.0 ? radius * fabs(v[6]) : hypot(v[2] - v[0], v[3] - v[1]);
+    double first = v[6] != 0.0 ? atan2(v[1] - v[5], v[0] - v[4]) : 0.0, done = 0.0;
+    for (;;) {
+        double t = chip_min(done / chip_max(length, 1e-12), 1.0), angle = first + t * v[6], depth;
+        double x = v[6] != 0.0 ? v[4] + radius * cos(angle) : v[0] + t * (v[2] - v[0]);
+        double y = v[6] != 0.0 ? v[5] + radius * sin(angle) : v[1] + t * (v[3] - v[1]);
+        depth = chip_engage_wall_foot(e, x, y).depth;
+        if (depth < -slack) return 0;
+        if (done >= length) return 1;
+        done += chip_max(depth, stride);
+    }
+}
+
+int chip_engage_inside(struct chip_engage *e, long n, const double (*element)[CHIP_ENGAGE_COLUMNS], double slack,
+                       double stride)
+{
+    long k;
+    for (k = 0; k < n; k++)
+        if (!stays_inside(e, element[k], slack, stride)) return 0;
+    return 1;
 }

@@ -12,16 +12,8 @@ from chipwise.monitor import comment_process
 from chipwise.order import ClampsAsked
 from chipwise.planner import program_clamps
 from support.check_runs import mill_with_tools
+from support.scenes import SCENE
 
-SCENE = {
-    "index": 1,
-    "offset": [0.0, 0.0, 0.0],
-    "g92": [0.0, 0.0, 0.0],
-    "turn": 0.0,
-    "tool": 1,
-    "codes": "G17 G21",
-    "block_delete": False,
-}
 SYSTEMS = ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"]
 
 

@@ -11,47 +11,22 @@ from support import link_judge, surface_cases, surface_judge
 from support.random_cases import random_count, random_seed
 
 from chipwise.clib.height_map import Shape
-from chipwise.cycles.surface import SurfaceRequest, surface_plan
+from chipwise.cycles.surface import surface_plan
 from chipwise.errors import CycleError
 from chipwise.moves import Line, Rapid
-from chipwise.surface.model import Placing
 
 TOOLS = {"flat": Shape(6), "ball": Shape(6, 3), "bull": Shape(6, 1), "vee": Shape(6, 0, 60), "tapered": Shape(6, 1, 20)}
 GOUGE, ORACLE = 1e-3, 1e-3  # mm: allowed below the model; what the oracle's search may miss
-START = (-10.0, -10.0, 30.0)
+START = surface_cases.START
 
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("models")
-    step = np.concatenate([surface_cases.box((0, 0, -5), (25, 20, 0)), surface_cases.box((6, 6, 0), (15.3, 14.1, 4))])
-    return {
-        "waves": surface_cases.write_stl(folder / "waves.stl", surface_cases.waves(25, 25.0)),
-        "step": surface_cases.write_stl(folder / "step.stl", step),
-    }
+    return surface_cases.model_files(tmp_path_factory.mktemp("models"))
 
 
 def request(file, tool, **fields):
-    known = dict(
-        file=file,
-        stamp=(),
-        placing=Placing(),
-        bottom=None,
-        clearance=None,
-        tool=TOOLS[tool],
-        step=1.5,
-        feed=600.0,
-        plunge_feed=200.0,
-        start=START,
-        stock_is_model=True,
-    )
-    return SurfaceRequest(**{**known, **fields})
-
-
-def triangles_of(file):
-    from chipwise.surface.model import read_model
-
-    return surface_cases.triangles_of(read_model(file, Placing()))
+    return surface_cases.request(file, **{"tool": TOOLS[tool], "step": 1.5, **fields})
 
 
 @pytest.mark.parametrize("tool", TOOLS)
@@ -69,7 +44,7 @@ def test_between_points_nothing_is_gouged_and_little_is_left(files, tool):
         )
         plan = surface_plan(r)
         deepest, highest = surface_judge.gouge_and_rest(
-            plan.moves, START, triangles_of(r.file), r.tool, r.bottom, 25, case
+            plan.moves, START, surface_cases.triangles_in(r.file), r.tool, r.bottom, 25, case
         )
         assert deepest <= GOUGE and highest <= r.tolerance + ORACLE, (r, deepest, highest)
 
@@ -79,7 +54,7 @@ def test_walls(files, tool):
     """A step with vertical walls, at an odd angle: nothing below the model anywhere."""
     r = request(files["step"], tool, direction=17.0, link=1)
     deepest, _highest = surface_judge.gouge_and_rest(
-        surface_plan(r).moves, START, triangles_of(r.file), r.tool, -5.0, 25, 3
+        surface_plan(r).moves, START, surface_cases.triangles_in(r.file), r.tool, -5.0, 25, 3
     )
     assert deepest <= GOUGE
 
@@ -89,7 +64,9 @@ def test_the_judge_sees_a_gouge(files):
     moves = [
         dataclasses.replace(move, z=move.z - 0.02) if isinstance(move, Line) else move for move in surface_plan(r).moves
     ]
-    assert surface_judge.gouge_and_rest(moves, START, triangles_of(r.file), r.tool, -10.0, 40, 1)[0] > 0.009
+    assert (
+        surface_judge.gouge_and_rest(moves, START, surface_cases.triangles_in(r.file), r.tool, -10.0, 40, 1)[0] > 0.009
+    )
 
 
 @pytest.mark.parametrize("link", [0, 1, 2])
@@ -165,7 +142,7 @@ def test_allowance_floor_margin(files):
     r = request(files["waves"], "ball", allowance=0.4, bottom=-6.0, margin=3.0)
     plan = surface_plan(r)
     deepest, highest = surface_judge.gouge_and_rest(
-        plan.moves, START, triangles_of(r.file), r.tool, -6.0, 25, 2, allowance=0.4
+        plan.moves, START, surface_cases.triangles_in(r.file), r.tool, -6.0, 25, 2, allowance=0.4
     )
     assert deepest <= GOUGE and highest <= r.tolerance + ORACLE
     x = [move.x for move in plan.moves if move.x is not None]

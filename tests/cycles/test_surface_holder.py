@@ -10,12 +10,11 @@ from support import surface_cases, surface_judge
 from support.random_cases import random_count, random_seed
 
 from chipwise.clib.height_map import Shape
-from chipwise.cycles.surface import SurfaceRequest, surface_plan
+from chipwise.cycles.surface import surface_plan
 from chipwise.errors import CycleError
 from chipwise.surface.links import Obstacles
-from chipwise.surface.model import Placing
 
-START = (-10.0, -10.0, 30.0)
+START = surface_cases.START
 TOOL = Shape(4, 1, 0, 10, 7)  # bull-nose, 7 mm out of a holder of 10 mm
 BEYOND = 3.5  # mm of stock around the model that is looked at: the plan knows 4
 
@@ -26,23 +25,9 @@ def waves(tmp_path_factory):
 
 
 def request(file, **fields):
-    known = dict(
-        file=file,
-        stamp=(),
-        placing=Placing(),
-        bottom=None,
-        clearance=None,
-        tool=TOOL,
-        step=1.5,
-        feed=600.0,
-        plunge_feed=200.0,
-        start=START,
-        stock_is_model=True,
-        tolerance=0.02,
-        stock_top=3.0,
-        cell=0.2,
+    return surface_cases.request(
+        file, **{"tool": TOOL, "step": 1.5, "tolerance": 0.02, "stock_top": 3.0, "cell": 0.2, **fields}
     )
-    return SurfaceRequest(**{**known, **fields})
 
 
 def in_holder(plan, r):

@@ -10,49 +10,22 @@ from support import link_judge, surface_cases, surface_judge
 from support.random_cases import random_count, random_seed
 
 from chipwise.clib.height_map import Shape
-from chipwise.cycles.surface import LEAST_STOCK, SurfaceRequest, surface_plan
+from chipwise.cycles.surface import LEAST_STOCK, surface_plan
 from chipwise.errors import CycleError
-from chipwise.surface.model import Placing
 
 TOOLS = {"flat": Shape(6), "ball": Shape(6, 3), "bull": Shape(6, 1), "tapered": Shape(4, 1, 20)}
-START = (-10.0, -10.0, 30.0)
+START = surface_cases.START
 APART, CELL = 0.4, 0.25  # mm: needles of the judge, of the plan
 GOUGE = 1e-3
 
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("models")
-    step = np.concatenate([surface_cases.box((0, 0, -5), (25, 20, 0)), surface_cases.box((6, 6, 0), (15.3, 14.1, 4))])
-    return {
-        "waves": surface_cases.write_stl(folder / "waves.stl", surface_cases.waves(25, 25.0)),
-        "step": surface_cases.write_stl(folder / "step.stl", step),
-    }
+    return surface_cases.model_files(tmp_path_factory.mktemp("models"))
 
 
 def request(file, tool, **fields):
-    known = dict(
-        file=file,
-        stamp=(),
-        placing=Placing(),
-        bottom=None,
-        clearance=None,
-        tool=TOOLS.get(tool, tool),
-        step=2.0,
-        feed=600.0,
-        plunge_feed=200.0,
-        start=START,
-        stock_is_model=True,
-        cell=CELL,
-        tolerance=0.02,
-    )
-    return SurfaceRequest(**{**known, **fields})
-
-
-def triangles_of(file):
-    from chipwise.surface.model import read_model
-
-    return surface_cases.triangles_of(read_model(file, Placing()))
+    return surface_cases.request(file, **{"tool": TOOLS.get(tool, tool), "cell": CELL, "tolerance": 0.02, **fields})
 
 
 def needles_of(plan, top=None):
@@ -90,7 +63,7 @@ def test_levels_leave_what_one_level_leaves(files, name, tool, link):
         _lengths, deepest = surface_judge.feed_figures(needles_of(plan, r.stock_top), plan.moves, START, r.tool)
         assert deepest <= r.depth + LEAST_STOCK + surface_judge.RIDGE, (r, deepest)
         gouge, _rest = surface_judge.gouge_and_rest(
-            plan.moves, START, triangles_of(r.file), r.tool, plan.low[2], 25, case, r.allowance
+            plan.moves, START, surface_cases.triangles_in(r.file), r.tool, plan.low[2], 25, case, r.allowance
         )
         assert (gouge <= GOUGE) or r.allowance and tool != "ball", (r, gouge)
         whole, _rapids = left_by(surface_plan(dataclasses.replace(r, depth=None, link=0)), r.tool, r.stock_top)

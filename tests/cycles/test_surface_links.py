@@ -11,7 +11,7 @@ from support import drop_oracle, link_judge, surface_cases, surface_judge
 from support.random_cases import random_count, random_seed
 
 from chipwise.clib.height_map import HeightMap, Shape
-from chipwise.cycles.surface import SurfaceRequest, surface_plan
+from chipwise.cycles.surface import surface_plan
 from chipwise.gcode_lines import chunks, texts
 from chipwise.moves import CALLERS_PATH, Blend, Line, Rapid
 from chipwise.surface.links import Obstacles
@@ -19,39 +19,18 @@ from chipwise.surface.model import Placing, read_model
 from chipwise.surface.scallop import unseen
 
 TOOLS = {"flat": Shape(6), "ball": Shape(6, 3), "bull": Shape(6, 1), "vee": Shape(6, 0, 60), "tapered": Shape(4, 1, 20)}
-START = (-10.0, -10.0, 30.0)
+START = surface_cases.START
 ENDS_MM = 4.0  # from the ends of a link: further away the relief is kept
 KEPT = 0.4  # of it, where a corner is rounded
 
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("models")
-    step = np.concatenate([surface_cases.box((0, 0, -5), (25, 20, 0)), surface_cases.box((6, 6, 0), (15.3, 14.1, 4))])
-    return {
-        "waves": surface_cases.write_stl(folder / "waves.stl", surface_cases.waves(25, 25.0)),
-        "step": surface_cases.write_stl(folder / "step.stl", step),
-        "dome": surface_cases.write_stl(folder / "dome.stl", surface_cases.sphere(9.0, 48)),
-    }
+    return surface_cases.model_files(tmp_path_factory.mktemp("models"), dome=surface_cases.sphere(9.0, 48))
 
 
 def request(file, tool, **fields):
-    known = dict(
-        file=file,
-        stamp=(),
-        placing=Placing(),
-        bottom=None,
-        clearance=None,
-        tool=TOOLS[tool],
-        step=1.0,
-        feed=600.0,
-        plunge_feed=200.0,
-        start=START,
-        stock_is_model=True,
-        link=1,
-        tolerance=0.03,
-    )
-    return SurfaceRequest(**{**known, **fields})
+    return surface_cases.request(file, **{"tool": TOOLS[tool], "step": 1.0, "link": 1, "tolerance": 0.03, **fields})
 
 
 def depths_of(plan, r, seed, positions):

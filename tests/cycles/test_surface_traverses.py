@@ -12,8 +12,7 @@ import numpy as np
 from chipwise.check import rules
 from chipwise.program import records
 from chipwise.clib.height_map import HeightMap, Shape
-from chipwise.cycles.surface import SurfaceRequest, surface_plan
-from chipwise.surface.model import Placing
+from chipwise.cycles.surface import surface_plan
 from support import surface_cases, surface_judge
 from support.random_cases import random_count, random_seed
 
@@ -44,18 +43,12 @@ def model(rng):
 def random_request(rng, file, number):
     d = float(rng.uniform(3, 6))
     tool = [Shape(d), Shape(d, d / 2), Shape(d, d / 6), Shape(d, d / 6, 20)][rng.integers(0, 4)]
-    made = SurfaceRequest(
-        file=file,
+    made = surface_cases.request(
+        file,
         stamp=(number,),
-        placing=Placing(),
-        bottom=None,
-        clearance=None,
         tool=tool,
         step=float(rng.uniform(0.2, 0.5)) * d,
-        feed=600.0,
-        plunge_feed=200.0,
         start=START,
-        stock_is_model=True,
         direction=float(rng.integers(0, 360)),
         relief=float(rng.choice([0.1, 0.3, 1.0])),
         link=int(rng.integers(0, 3)),

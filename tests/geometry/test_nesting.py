@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from shapely.geometry import Polygon
+from shapely.geometry import Point, Polygon
 from shapely.ops import unary_union
 
 from chipwise.cycles import pocket as cycle
@@ -184,6 +184,23 @@ def test_an_island_across_the_wall():
     assert max(left, beyond) < SHARE
 
 
+@pytest.mark.parametrize("strategy", sorted(NAMES))
+def test_an_island_whose_tip_alone_is_across_the_wall(strategy):
+    """0.05 mm of a bar of 30 x 30 mm: along its outline that is less than a gap's width, at its tip it is more."""
+    tip = [(59.95, 20), (90, 5), (90, 35)]
+    asked = replace(request((BOX, chain(*tip, tip[0]))), strategy=strategy)
+    shape = Polygon(CORNERS).difference(Polygon(tip))
+    left, beyond, gouge, *_ = judge(cycle.pocket_plan(asked).moves, asked, shape)
+    assert max(left, beyond) < SHARE and gouge < 1e-3
+
+
+def test_pockets_that_touch_are_two():
+    """Side by side, 0.001 mm into one another."""
+    beside = [(59.999, 0), (99.999, 0), (99.999, 40), (59.999, 40)]
+    asked = request((BOX, chain(*beside, beside[0])))
+    assert cycle.pocket_plan(asked).regions == 2
+
+
 @pytest.mark.parametrize(
     "points",
     [
@@ -236,6 +253,18 @@ def test_there_and_back_has_no_inside(points, lines):
             str(error.value)
             == f"the loop of lines {lines} runs there and back on itself and has no inside; draw its outline"
         )
+
+
+@pytest.mark.parametrize("chord", [1e-4, 1e-3, 2e-3])
+@pytest.mark.parametrize("ccw", [True, False])
+def test_a_circle_of_nearly_a_turn_and_a_short_arc(chord, ccw):
+    """As posts write a circle: the short arc goes on, it does not lead back."""
+    angle = (-1.0 if ccw else 1.0) * chord / 12.0
+    ends = (12.0, 0.0), (12.0 * math.cos(angle), 12.0 * math.sin(angle))
+    circle = tuple(ArcElement(*pair, (0.0, 0.0), ccw, k) for k, pair in enumerate((ends, ends[::-1]), 1))
+    for loops in ((circle,), (circle[::-1],)):
+        asked = request(loops, close_gap=GAP)
+        assert max(judge(cycle.pocket_plan(asked).moves, asked, Point(0, 0).buffer(12.0, 256))[:2]) < SHARE
 
 
 def test_a_line_beside_a_loop_is_named():

@@ -10,7 +10,7 @@ from support import engagement_judge
 from support.engagement_shapes import SHAPES
 from support.pocket_random import rectangle
 
-from chipwise.geometry.pocket.engage_ground import Ground, fitted, rows_of, rule
+from chipwise.geometry.pocket.engage_ground import SLACK, Ground, fitted, patches, rows_of, rule
 from chipwise.geometry.base import elements
 from chipwise.geometry.base.contour import make_contour
 from chipwise.geometry.base.elements import make_arcs, make_lines
@@ -30,7 +30,7 @@ def region(name):
 
 
 def planned(name):
-    return engage.planned(region(name), RADIUS, STEP, 25.0, 0.2)
+    return engage.planned(region(name), engage.Cut(RADIUS, STEP, 25.0, 0.2))
 
 
 def judged(segments):
@@ -86,6 +86,44 @@ def test_engagement_as_the_judge_reads_it():
         assert fresh.along(elements.take(ahead, [k]), 1.0)[0, 3] == pytest.approx(
             told, abs=0.12
         )  # its slack at both ends
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_cleared_is_what_a_segment_is_near_to(seed):
+    """Paths of short arcs and lines that go on from one another, as traces are, over the places of a raster."""
+    rng, found = np.random.default_rng(seed), region("island")
+    ground = Ground(found.contours, RADIUS)
+    place = np.stack(np.meshgrid(*(np.arange(4.0, 56.0, 0.37),) * 2), axis=-1).reshape(-1, 2)
+    gap = np.full(len(place), np.inf)
+    for _ in range(4):
+        heading = np.cumsum(rng.normal(0.0, rng.choice((0.0, 0.05, 0.4)), 80)) + rng.uniform(-3.0, 3.0)
+        step = rng.choice((0.02, 0.15, 1.0), 80)[:, None] * np.column_stack((np.cos(heading), np.sin(heading)))
+        point = rng.uniform(10.0, 50.0, 2) + np.cumsum(step, axis=0)
+        chain = line(*point) if rng.random() < 0.3 else fitted(np.column_stack((point, heading)), 1e-4)
+        ground.clear(chain)
+        for k in range(len(chain)):
+            gap = np.minimum(gap, elements.distances(chain, np.full(len(place), k), place))
+        sure = np.abs(gap - RADIUS * (1.0 - SLACK)) > 1e-9
+        cleared = ground.rim(place, RADIUS)
+        assert np.array_equal(cleared[sure], (gap < RADIUS * (1.0 - SLACK))[sure])
+        assert 0 < cleared.sum() < len(place)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_patches_hang_together(seed):
+    wanted = np.random.default_rng(seed).random((9, 14)) < 0.35
+    found = patches(wanted)
+    number = np.zeros(wanted.shape, int)
+    for k, patch in enumerate(found, 1):
+        number[tuple(patch.T)] = k
+    assert np.array_equal(number > 0, wanted) and sum(map(len, found)) == wanted.sum() and len(found) > 2
+    (i, j), one = np.nonzero(wanted), number[wanted]
+    beside = np.maximum(abs(i[:, None] - i), abs(j[:, None] - j)) == 1
+    assert (one[:, None] == one)[beside].all()  # none goes on in another
+    for k in range(1, len(found) + 1):
+        joined = beside[np.ix_(one == k, one == k)] | np.eye((one == k).sum(), dtype=bool)
+        assert (np.linalg.matrix_power(joined.astype(float), len(joined)) > 0.0).all()  # and each is in one piece
+    assert patches(np.zeros((3, 4), bool)) == []
 
 
 def test_depth_in_the_region():
@@ -196,33 +234,28 @@ def test_a_trace_does_not_dip_into_a_wall_between_its_steps(name, rho):
     assert into_walls(name, rho)[0] < 6e-4  # three times what it may touch
 
 
-def test_places_of_an_element_as_of_many():
-    """To the last bit: paths shall not depend on which of both is asked."""
-    rng, chain = (
-        np.random.default_rng(3),
-        elements.join(
-            (
-                line((1, 2), (8, 3)),
-                make_arcs(
-                    np.array([[8.0, 3.0]]),
-                    np.array([[2.0, 9.0]]),
-                    np.array([[2.0, 3.0]]),
-                    np.array([6.0]),
-                    np.array([math.pi / 2]),
-                ),
+@pytest.mark.parametrize("name", ["island", "star"])
+def test_whether_a_link_stays_in_the_region(name):
+    """Against places of it 0.02 mm apart."""
+    ground, rng = Ground(region(name).contours, RADIUS), np.random.default_rng(3)
+    low, high = (f(np.concatenate([c.start for c in region(name).contours]), axis=0) for f in (np.min, np.max))
+    stayed = 0
+    for _ in range(300):
+        pose = np.column_stack((rng.uniform(low, high, (2, 2)), rng.uniform(-3.0, 3.0, 2)))
+        for link in (make_lines(pose[:1, :2], pose[1:, :2]), fitted(pose, 1.0)):
+            least = min(
+                ground.depth(elements.point_at(link, np.full(n, k), np.linspace(0.0, 1.0, n))).min()
+                for k, length in enumerate(elements.lengths(link))
+                for n in (int(length / 0.02) + 2,)
             )
-        ),
-    )
-    for k in (0, 1):
-        t = rng.uniform(0.0, 1.0, 300)
-        assert np.array_equal(
-            np.concatenate([links._place_at(chain, k)(float(one)) for one in t]),
-            np.concatenate([elements.point_at(chain, np.array([k]), np.array([one])) for one in t]),
-        )
+            if abs(least) > 0.02:
+                assert links.inside(ground, link) == (least > 0.0), (pose, least)
+                stayed += least > 0.0
+    assert stayed > 10
 
 
 def test_places_with_a_clearance_as_the_ground_grows():
-    planner = engage.Planner(region("rectangle"), RADIUS, STEP, 25.0, 0.2)
+    planner = engage.Planner(region("rectangle"), engage.Cut(RADIUS, STEP, 25.0, 0.2))
     for y in (10.0, 14.0, 18.0):
         planner.ground.clear(line((10, y), (40, y)))
         planner.grid.refresh()
@@ -237,7 +270,7 @@ def test_places_with_a_clearance_as_the_ground_grows():
 
 def test_a_corner_is_left_on_an_arc():
     """At the end of a path that heads for the wall by 5 degrees, on ground too narrow for an arc along it."""
-    planner = engage.Planner(region("rectangle"), RADIUS, STEP, 25.0, 0.2)
+    planner = engage.Planner(region("rectangle"), engage.Cut(RADIUS, STEP, 25.0, 0.2))
     for y in (37.0, 36.0, 34.0, 32.0):
         planner.ground.clear(line((40, y), (57, y)))
     planner.grid.refresh()
@@ -252,7 +285,7 @@ def test_a_corner_is_left_on_an_arc():
 
 def test_the_tool_leaves_a_wall_before_it_goes_up():
     """Of a wall that is run all around: over its seam, and away on an arc tangent to it."""
-    planner = engage.Planner(region("circle"), RADIUS, STEP, 25.0, 0.2, overlap=0.3)
+    planner = engage.Planner(region("circle"), engage.Cut(RADIUS, STEP, 25.0, 0.2, overlap=0.3))
     (wall,) = planner.walls
     planner.ground.clear(wall.contour)
     planner.ground.clear(
@@ -281,7 +314,7 @@ def test_the_tool_leaves_a_wall_before_it_goes_up():
 
 def test_the_tool_does_not_go_down_onto_a_rib():
     """No link leads to a place with a rib of 0.05 mm under the tool: it cannot be gone to from above either."""
-    planner = engage.Planner(region("rectangle"), RADIUS, STEP, 25.0, 0.2)
+    planner = engage.Planner(region("rectangle"), engage.Cut(RADIUS, STEP, 25.0, 0.2))
     for y in (10.0, 16.05):
         planner.ground.clear(line((5, y), (50, y)))
     planner.pose = (10.0, 10.0, 0.0)
@@ -323,7 +356,7 @@ def test_the_certificate_names_a_rapid_and_a_descent_in_stock():
 def test_needles_between_paths_are_run_over():
     """A rib of 0.1 mm between two sweeps."""
     part = split(make_contour(rectangle(0, 0, 24, 20)), [], 3.0)[0]
-    one = engage.Planner(part, 3.0, 2.4, 25.0, 0.2)
+    one = engage.Planner(part, engage.Cut(3.0, 2.4, 25.0, 0.2))
     for y in (3.0, 9.1, 14.0, 17.0):
         one.ground.clear(line((3.0, y), (21.0, y)))
     for x in (3.0, 21.0):

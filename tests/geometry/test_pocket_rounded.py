@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""The rounded corners of the rings of P0 and P3, and the links between rings of P0: tangent, inside, nothing left."""
+"""The rounded corners of P0 to P3, and the links between rings of P0: tangent, inside, nothing left."""
 
 import math
 
@@ -14,10 +14,14 @@ from chipwise.geometry.base import elements
 from chipwise.geometry.base.contour import make_contour
 from chipwise.geometry.base.elements import make_lines
 from chipwise.geometry.pocket.concentric import concentric
+from chipwise.geometry.pocket.links import known_starts
 from chipwise.geometry.pocket.machinable import inside, machinable_regions, split
+from chipwise.geometry.pocket import scan
+from chipwise.geometry.pocket.oneway import one_way
 from chipwise.geometry.pocket.rings import contour_parallel
-from chipwise.geometry.pocket.rounded import CORNER, DEEPEST, FLAT, RADII, rounded, smoothed
+from chipwise.geometry.pocket.rounded import CORNER, DEEPEST, FLAT, RADII, TAKEN, eased, rounded, smoothed
 from chipwise.geometry.pocket.wall_arcs import Walls
+from chipwise.geometry.pocket.zigzag import zigzag
 
 RADIUS, STEP = 3.0, 2.4
 SAME_MM, SAME_RAD = 1e-6, 1e-6
@@ -158,3 +162,42 @@ def test_closed_paths_of_the_shapes(name):
                 (np.abs(bends(elements.join([t.elements for t in one]), False)) > FLAT).sum() for one in (tracks, plain)
             )
             assert sharp < (0.7 if bent > 20 else 1.01) * bent
+
+
+def test_rows_with_corners_to_both_sides():
+    points = np.array(((0.0, 0.0), (20.0, 0.0), (20.0, 1.5), (0.0, 1.5), (0.0, 3.0), (20.0, 3.0)))
+    line = make_lines(points[:-1], points[1:])
+    (made,) = eased([line], points[[3]], RADIUS, 1.0, all_kept)
+    radius = TAKEN * 1.5  # nearly half of the line between two rows
+    assert np.allclose(made.radius[made.is_arc], radius) and np.allclose(made.end[:-1], made.start[1:])
+    assert np.allclose(np.sign(made.sweep[made.is_arc]), (1.0, 1.0, -1.0))
+    assert np.allclose(np.abs(bends(made, False)[np.abs(bends(made, False)) > SAME_RAD]), math.pi / 2)
+    assert np.allclose(reach(made, points), np.array((0, 1, 1, 0, 1, 0)) * (math.sqrt(2.0) - 1.0) * radius)
+    (flat,) = eased([line], points[[0]], RADIUS, 0.2, all_kept)
+    assert np.allclose(flat.radius[flat.is_arc], 0.5 * radius)
+    assert not eased([line], points, RADIUS, 1.0, all_kept)[0].is_arc.any()
+    lower = eased([line], points[[0]], RADIUS, 1.0, lambda arcs, corner: corner[:, 1] < 1.0)
+    assert lower[0].is_arc.sum() == 1
+    first, last = eased([line, elements.reverse(line)], points[[0]], RADIUS, 1.0, all_kept)
+    assert first.is_arc.sum() == last.is_arc.sum() == 4 and np.allclose(last.start[0], line.end[-1])
+
+
+@pytest.mark.parametrize("strategy, most", ((one_way, 0.8), (zigzag, 0.3)))
+@pytest.mark.parametrize("name", sorted(set(SHAPES) - {"slot"}))  # no row of the slot ends before the walls
+def test_rows_of_the_shapes(name, strategy, most, monkeypatch):
+    contours = [make_contour(parts) for parts in SHAPES[name]]
+    for region in split(contours[0], contours[1:], RADIUS):
+        for climb in (True, False):
+            walls = [Walls(region, RADIUS, climb, 0.3) for _ in range(2)]
+            tracks = strategy(region, RADIUS, STEP, 0.3, climb, walls[0])
+            with monkeypatch.context() as patch:
+                patch.setattr(scan, "eased", lambda parts, *_: parts)
+                plain = strategy(region, RADIUS, STEP, 0.3, climb, walls[1])
+            job = Cleared(region, tracks, RADIUS)
+            assert broken(job) + outside(job) + residue(job, 1.0) == []
+            assert sum(known_starts(tracks)) == sum(known_starts(plain))
+            rounded_, sharp = (
+                sum((np.abs(bends(track.elements, False)) > CORNER).sum() for track in one if not track.wall)
+                for one in (tracks, plain)
+            )
+            assert rounded_ <= most * sharp and sharp > 10

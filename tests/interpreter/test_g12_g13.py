@@ -13,7 +13,7 @@ from support.random_cases import random_count, random_seed
 from support import hole_oracle as oracle
 from support.goldens import compare_golden, motion_text, turned
 from support.hole_judge import judge, request
-from support.canon import Trace, parse_rs274, run_preview, run_rs274, same_path, write_ini
+from support.canon import MODES, Trace, parse_rs274, run_preview, run_rs274, same_path, write_ini
 
 REQUEST = request(depth_step=3.0, feed=600.0, plunge_feed=200.0)
 
@@ -160,16 +160,7 @@ def test_f_may_be_remapped(tmp_path):
     assert "SET_MOTION_OUTPUT_VALUE(1,600.000000)" in remapped.output
 
 
-@pytest.mark.parametrize(
-    "modes",
-    [
-        "G90 G91.1 G21 G64 P0.01 G94 G98 G0 X1",
-        "G91 G91.1 G21 G61 G94 G99 G1 X1 F100",
-        "G90 G90.1 G20 G61.1 G94 G98 G80",
-        "G91 G90.1 G20 G64 G94 G98 G1 X1 F100",
-        "S500 M3 G90 G91.1 G21 G64 G95 G98 G1 X1 F1",
-    ],
-)
+@pytest.mark.parametrize("modes", MODES)
 def test_modal_state_afterwards(modes):
     line = "G13 I10 Z-6 R2 F77 Q1 K11" if "G90" in modes else "G13 I10 Z-8 R0 F77 Q1 K11"
     if "G20" in modes:

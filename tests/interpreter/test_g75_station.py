@@ -11,21 +11,10 @@ import numpy as np
 import pytest
 
 from support import canon
-from support.pattern_oracle import compare, moves_of, random_sub
+from support.pattern_oracle import SUB, compare, moves_of, random_sub
 from support.random_cases import random_count, random_seed
 
 HEAD = "G90 G64 G94 G17 G40\nT1 M6\nS5000 M3\nF600\nG21\n"
-SUB = [
-    "o100 sub",
-    "G0 X10 Y2",
-    "G0 Z2",
-    "G1 Z-1 F100",
-    "X20 F300",
-    "G3 X20 Y12 I0 J5",
-    "G1 X12 Y9 Z-2",
-    "G0 Z5",
-    "o100 endsub",
-]
 
 
 def program(call, start, sub=SUB, before=""):

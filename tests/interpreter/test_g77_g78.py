@@ -10,7 +10,7 @@ import pytest
 from support.contour_program import SUB, TOOLS, ROUGH, FINISH, ROUGH_REQUEST, FINISH_REQUEST, program, rough_and_finish
 from support.hole_oracle import walk
 from support.contour_cycle_judge import judge
-from support.canon import run_preview, run_rs274, run_rs274_on, same_path
+from support.canon import MODES, run_preview, run_rs274, run_rs274_on, same_path
 from support.goldens import compare_golden, motion_text, turned
 
 from chipwise.cycles.contour import contour_plan
@@ -154,16 +154,7 @@ def test_message_of_what_the_tool_does_not_reach():
     assert "the tool (0.47244 in) does not fit" in twenty
 
 
-@pytest.mark.parametrize(
-    "modes",
-    [
-        "G90 G91.1 G21 G64 P0.01 G94 G98 G0 X1",
-        "G91 G91.1 G21 G61 G94 G99 G1 X1 F100",
-        "G90 G90.1 G20 G61.1 G94 G98 G80",
-        "G91 G90.1 G20 G64 G94 G98 G1 X1 F100",
-        "S500 M3 G90 G91.1 G21 G64 G95 G98 G1 X1 F1",
-    ],
-)
+@pytest.mark.parametrize("modes", MODES)
 def test_modal_state_afterwards(modes):
     code = "G77" if "G64" in modes else "G78"
     scale = 1 / 25.4 if "G20" in modes else 1.0

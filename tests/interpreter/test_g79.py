@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from support import pocket_oracle as oracle
+from support import contour_program, pocket_oracle as oracle
 from support.hole_oracle import walk
 from support.pocket_judge import case_of
 from support.canon import ROOT, run_preview, run_rs274, same_path
@@ -58,16 +58,9 @@ REQUEST = cycle.PocketRequest(
 )
 
 
-def inch(text):
-    """Lengths of words and coordinates in inch; P, Q, L and line numbers stay."""
-    return re.sub(r"\b([XYZIJKREFD])(-?[\d.]+)", lambda m: f"{m[1]}{float(m[2]) / 25.4:.9f}", text)
-
-
-def program(line=LINE, sub=SUB, unit="G21", before="", after="", start="G0 X0 Y0 Z20"):
-    """A program with the sub in front; comments mark what the line did."""
-    if unit == "G20":
-        line, sub, start = inch(line), inch(sub), inch(start)
-    return f"T1 M6\n{before}\n{sub}{unit} {start}\n(begin)\n{line}\n(end)\n{after}\nM2\n"
+def program(line=LINE, sub=SUB, **around):
+    """contour_program.program() of the pocket."""
+    return contour_program.program(line, sub, **around)
 
 
 def judge(request, found):

@@ -34,7 +34,7 @@ def main():
     shapes = [f'<path d="{path_of(boundary.elements)}Z" fill="#eee" stroke="#555" stroke-width="0.3"/>']
     shapes += [f'<path d="{path_of(i.elements)}Z" fill="#bbb" stroke="#555" stroke-width="0.3"/>' for i in islands]
     for region in split(boundary, islands, RADIUS):
-        shapes += segments_svg(engage.planned(region, RADIUS, STEP, 25.0, 0.2))
+        shapes += segments_svg(engage.planned(region, engage.Cut(RADIUS, STEP, 25.0, 0.2)))
     (DOCS / "user" / "pocket_p4.svg").write_text(
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{(x1 - x0) * SCALE:.0f}" height="{(y1 - y0) * SCALE:.0f}" '
         f'viewBox="{x0:.3f} {-y1:.3f} {x1 - x0:.3f} {y1 - y0:.3f}">\n'

@@ -122,13 +122,9 @@ def _segments(region, request, cleared):
     angle = math.acos(1.0 - r.step / r.tool_radius)
     segments = engage.planned(
         region,
-        r.tool_radius,
-        r.step,
-        r.feed / 60.0,
-        r.traverse_clearance,
+        engage.Cut(r.tool_radius, r.step, r.feed / 60.0, r.traverse_clearance, r.seam_overlap),
         cleared,
         0.0 if cleared is None else r.stock.cell,
-        r.seam_overlap,
     )
     proof = engage_proof.prove(region, segments, r.tool_radius, angle, cleared)
     side = 1.0 if r.climb else -1.0

@@ -294,7 +294,8 @@ def _tracks(r, model, probe):
     if r.scallop is None:
         across = raster.evenly(low, high, r.direction, r.step)
     else:
-        across = scallop.across(probe, r.tool, low, high, r.direction, r.step, r.scallop - _tolerance(r), MOST_TRACKS)
+        stations = scallop.Stations(probe, r.tool, low, high, r.direction)
+        across = stations.across(r.step, r.scallop - _tolerance(r), MOST_TRACKS)
         if across is None:
             raise CycleError(
                 f"a scallop of {{h}} needs more than {MOST_TRACKS} cuts side by side",

@@ -97,27 +97,29 @@ def envelope(centres: np.ndarray, radius: float, cell: float) -> HeightMap:
             winner[y[wins], x[wins]] = index[inside][wins]
             heights[:, y, x] = np.sort(np.concatenate([heights[:, y, x], lowest[:, inside]]), axis=0)[:LOWEST]
     return HeightMap(
-        _known(heights, winner, centres, place, (low, count), (radius, cell, band)), float(low[0]), float(low[1]), cell
+        _known(heights, winner, rim.Balls(centres, place, radius), (low, count), (cell, band)),
+        float(low[0]),
+        float(low[1]),
+        cell,
     )
 
 
 def _known(
     heights: np.ndarray,
     winner: np.ndarray,
-    centres: np.ndarray,
-    place: np.ndarray,
+    balls: rim.Balls,
     box: tuple[np.ndarray, np.ndarray],
-    sizes: tuple[float, float, float],
+    sizes: tuple[float, float],
 ) -> np.ndarray:
     """The heights (ny, nx) of the lowest ones (LOWEST, ny, nx) and the balls that made them; NaN where no ball has
     touched."""
-    (low, count), (radius, cell, band) = box, sizes
+    (low, count), (cell, band) = box, sizes
     with np.errstate(invalid="ignore"):
         near = heights - heights[0] <= band
     chosen = np.where(near, heights, -np.inf).max(axis=0)
     y, x = np.nonzero(winner >= 0)
     middles = (np.stack([x, y], axis=1) + 0.5) * cell + low
-    flank = rim.flanks(centres, place, winner[y, x], middles, count, radius, cell)
+    flank = rim.flanks(balls, winner[y, x], middles, count, cell)
     known = np.full(winner.shape, np.nan)
     known[y[~flank], x[~flank]] = chosen[y[~flank], x[~flank]]
     return known

@@ -8,6 +8,8 @@ lies further out than that has been passed by the flank only: there the map woul
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 STEP = 0.1  # of the radius: neighbours nearer than that show noise for a slope
@@ -55,19 +57,20 @@ def _beyond(centre: np.ndarray, offset: np.ndarray, winner: np.ndarray, radius: 
         return has & (offset < contact - (0.25 * cell + SLACK * radius + BENDS * apart))
 
 
-def flanks(
-    centres: np.ndarray,
-    place: np.ndarray,
-    winner: np.ndarray,
-    middles: np.ndarray,
-    count: np.ndarray,
-    radius: float,
-    cell: float,
-) -> np.ndarray:
+@dataclass(frozen=True, eq=False)
+class Balls:
+    """centres (n, 3) mm with their cells `place` (n, 2); radius of all, mm."""
+
+    centres: np.ndarray
+    place: np.ndarray
+    radius: float
+
+
+def flanks(balls: Balls, winner: np.ndarray, middles: np.ndarray, count: np.ndarray, cell: float) -> np.ndarray:
     """(k,) bool: cells that only a flank has passed.
 
-    centres (n, 3) mm with their cells `place` (n, 2); winner (k,): the ball that made a cell; middles (k, 2) of the
-    cells, mm; count:  cells along X and Y."""
+    winner (k,): the ball that made a cell; middles (k, 2) of the cells, mm; count: cells along X and Y; cell: mm."""
+    centres, place, radius = balls.centres, balls.place, balls.radius
     sums = np.zeros((4, count[0], count[1]))
     for row, values in zip(sums, (np.ones(len(centres)), *centres.T)):
         np.add.at(row, tuple(place.T), values)

@@ -9,9 +9,11 @@ becomes pieces is described from outside (its polygon holds the true arc), a ker
 """
 
 import math
+from typing import NamedTuple
 
 from shapely import affinity
 from shapely.geometry import LineString, MultiPoint, Point, Polygon
+from shapely.geometry.base import BaseGeometry
 from shapely.ops import polygonize, polylabel, unary_union
 from shapely.prepared import prep
 from shapely.validation import make_valid
@@ -158,7 +160,7 @@ def released_with_rim(stock, waste, path, half_width, thickness, reaching=0.0):
     bodies = [
         body for part in parts(stock.buffer(-thickness / 2, CAP_CORNERS)) for body in parts(part.intersection(waste))
     ]
-    edge, found = waste.boundary, []
+    edge, found, wall = waste.boundary, [], _WallPass(path, half_width, thickness)
     firm = [body for body in bodies if body.distance(edge) < WALL_GAP]
     band = waste.buffer(-WALL_GAP).difference(waste.buffer(-thickness / 2))
     for region in parts(stock.intersection(waste.buffer(-WALL_GAP))):
@@ -167,16 +169,24 @@ def released_with_rim(stock, waste, path, half_width, thickness, reaching=0.0):
         for body in mine:
             held = [contact for contact in contacts if contact.intersects(body)]
             if len(held) < len(contacts):
-                found += _fallen(region, body, [b for b in mine if b is not body], held, path, half_width, thickness)
+                found += wall.fallen(region, body, [b for b in mine if b is not body], held)
     return [hull(part) for part in found if diagonal(part) >= reaching]
 
 
-def _fallen(region, body, others, held, path, half_width, thickness):
-    """The parts of a region that fall with a body when the pass has cut its contacts `held`; other bodies broken
-    off."""
-    over = path.boundary.intersection(unary_union(held).buffer(half_width + thickness))
-    taken = [over.buffer(half_width, CAP_CORNERS)] + [b.buffer(thickness / 2 * 1.01, CAP_CORNERS) for b in others]
-    return [part for part in parts(region.difference(unary_union(taken))) if part.intersects(body)]
+class _WallPass(NamedTuple):
+    """A pass along a wall, as in released_with_rim()."""
+
+    path: BaseGeometry
+    half_width: float
+    thickness: float
+
+    def fallen(self, region, body, others, held):
+        """The parts of a region that fall with a body when the pass has cut its contacts `held`; other bodies broken
+        off."""
+        over = self.path.boundary.intersection(unary_union(held).buffer(self.half_width + self.thickness))
+        taken = [over.buffer(self.half_width, CAP_CORNERS)]
+        taken += [other.buffer(self.thickness / 2 * 1.01, CAP_CORNERS) for other in others]
+        return [part for part in parts(region.difference(unary_union(taken))) if part.intersects(body)]
 
 
 def bounds(region):
@@ -339,6 +349,12 @@ def meeting_boxes(regions):
     return found
 
 
-def shared_area(region, other):
-    """mm2 that two regions have in common."""
-    return region.intersection(other).area
+def shared(region, other):
+    """What two regions have in common."""
+    return region.intersection(other)
+
+
+def reaches_beyond(part, edges, depth):
+    """Whether a part that regions have in common reaches further than `depth` (mm) from the edge of one of them."""
+    around = part.envelope.buffer(2.0 * depth)
+    return any(not part.difference(grow(one.boundary.intersection(around), depth)).is_empty for one in edges)

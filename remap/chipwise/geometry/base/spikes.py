@@ -80,7 +80,15 @@ def _undirected(part):
     if not hasattr(part, "centre"):
         return frozenset(ends)
     begin, end = ends if part.ccw else ends[::-1]
-    return begin, end, tuple(round(v / SAME_MM) for v in part.centre)
+    is_circle = begin == end and _is_large(part)  # nearly a turn, not the short arc that closes one
+    return begin, end, is_circle, tuple(round(v / SAME_MM) for v in part.centre)
+
+
+def _is_large(part):
+    """Whether an arc turns by more than half a turn."""
+    (ax, ay), (bx, by), (x, y) = part.start, part.end, part.centre
+    aside = (ax - x) * (by - y) - (ay - y) * (bx - x)
+    return aside < 0.0 if part.ccw else aside > 0.0
 
 
 def _is_straight(loop):

@@ -49,12 +49,11 @@ def inaccessible(finish, touch, paths, side, radius):
     gaps, gap_of = _gap_segments(finish, touch, segment)
     corner = touch_corners(touch, segment)
     edges = elements.reverse(corner_arcs(finish, touch, corner, side, radius))
-    edge_of = {int(s): len(corner) - 1 - k for k, s in enumerate(np.flatnonzero(segment.after >= 0))}
+    edge_of = {int(s): len(gaps[0]) + len(corner) - 1 - k for k, s in enumerate(np.flatnonzero(segment.after >= 0))}
     found, loose = _cycles(segment)
-    everything = elements.join((gaps[0], edges))
-    size = len(gaps[0])
-    result = _regions(finish, everything, gaps[1], gap_of, edge_of, size, found, paths, side, radius)
-    result += _loose(finish, everything, gaps[1], gap_of, loose)
+    pool = _Pool(elements.join((gaps[0], edges)), finish.line[gaps[1]].tolist(), gap_of, edge_of)
+    result = _regions(pool, found, paths, side, radius)
+    result += _loose(pool, loose)
     result += _leading(finish, touch, segment)
     return _with_untouched(finish, touch, side, result)
 
@@ -174,40 +173,47 @@ def _cycles(segment):
     return closed, loose
 
 
-def _regions(finish, everything, source, gap_of, edge_of, size, found, paths, side, radius):
-    """Closed regions with an area worth naming."""
-    members, necks, line = [], [], finish.line[source].tolist()
-    for chain in found:
+@dataclass(frozen=True, eq=False)
+class _Pool:
+    """members: the pieces of all gaps, then the tool's edges at corners; line: source line of each piece of a gap;
+    gap_of: (first, end) of each segment's gap; edge_of: {segment: the edge at the corner after it}."""
+
+    members: Elements
+    line: list
+    gap_of: list
+    edge_of: dict
+
+    def around(self, chain):
+        """Members of the closed edge along a chain of gaps."""
         index = []
         for s, onward in zip(chain, chain[1:] + chain[:1]):
-            index += range(*gap_of[s])
-            index.append(size + edge_of[onward])
-        (members if len(chain) == 1 else necks).append(index)
+            index += [*range(*self.gap_of[s]), self.edge_of[onward]]
+        return index
+
+    def lines(self, index):
+        """Source lines of members; edges have none."""
+        return tuple(sorted({self.line[k] for k in index if k < len(self.line)}))
+
+
+def _regions(pool, found, paths, side, radius):
+    """Closed regions with an area worth naming."""
+    members, necks = [], []
+    for chain in found:
+        (members if len(chain) == 1 else necks).append(pool.around(chain))
     result = [
-        InaccessibleRegion(-side * area, _lines(line, index), everything, np.array(index))
-        for index, area in zip(members, areas(everything, members))
+        InaccessibleRegion(-side * area, pool.lines(index), pool.members, np.array(index))
+        for index, area in zip(members, areas(pool.members, members))
     ]
     for index in necks:
-        rows = [line[k] if k < size else None for k in index]
-        result += disentangled(elements.take(everything, index), rows, paths, side, radius)
+        rows = [pool.line[k] if k < len(pool.line) else None for k in index]
+        result += disentangled(elements.take(pool.members, index), rows, paths, side, radius)
     return [region for region in result if region.area > REGION_MM2]
 
 
-def _lines(line, index):
-    """Source lines of pool members; edges, which lie beyond the end of `line`, have none."""
-    return tuple(sorted({line[k] for k in index if k < len(line)}))
-
-
-def _loose(finish, everything, source, gap_of, loose):
+def _loose(pool, loose):
     """Gaps that no tool edge closes."""
-    result = []
-    for chain in loose:
-        for s in chain:
-            index = np.arange(*gap_of[s])
-            if len(index):
-                lines = finish.line[source[index]]
-                result.append(InaccessibleSegment(elements.take(everything, index), tuple(sorted(set(lines.tolist())))))
-    return result
+    gaps = [np.arange(*pool.gap_of[s]) for chain in loose for s in chain]
+    return [InaccessibleSegment(elements.take(pool.members, gap), pool.lines(gap)) for gap in gaps if len(gap)]
 
 
 def _leading(finish, touch, segment):

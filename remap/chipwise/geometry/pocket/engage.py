@@ -16,7 +16,7 @@ The stock is on the RIGHT of travel; for the other link round the pocket is mirr
 """
 
 import math
-from typing import Optional
+from typing import NamedTuple, Optional
 
 import numpy as np
 
@@ -83,13 +83,24 @@ ON_WALL_MM = 0.05
 MOST_PATHS, MOST_ENTRIES = 4000, 40
 
 
+class Cut(NamedTuple):
+    """How a level is cut.  radius: of the tool; step: the nominal step-over; clearance: as in links; overlap: mm that a
+    wall that is run all around is run on over its start."""
+
+    radius: float
+    step: float
+    feed_mm_s: float
+    clearance: float
+    overlap: float = 0.0
+
+
 class Planner:
     """Segments of one region."""
 
-    def __init__(self, region, radius, step, feed_mm_s, clearance, cleared=None, lag=0.0, overlap=0.0):
-        self.overlap = overlap
-        self.region, self.radius, self.step = region, radius, step
-        self.feed_mm_s, self.clearance = feed_mm_s, clearance
+    def __init__(self, region, how, cleared=None, lag=0.0):
+        self.region = region
+        self.radius, self.step, self.feed_mm_s, self.clearance, self.overlap = how
+        radius, step = how.radius, how.step
         self.angle = math.acos(1.0 - step / radius) + (MORE_FINE if step < FINE * radius else MORE)
         self.ground = Ground(region.contours, radius)
         self.lags = () if cleared is None else (LAGS[0] * lag, LAGS[1] * lag)
@@ -283,9 +294,10 @@ class Planner:
         for start in sorted(starts, key=lambda s: math.dist(s[0][:2], self.pose[:2])):
             if self._try(start, keep, self.tried):
                 return True
-        for chain in [chain for wall in self.walls for chain in wall.chains(self.ground, self.track)]:
+        place = self.pose[:2]
+        for chain in [chain for wall in self.walls for chain in wall.chains(self.ground, self.track, place, near)]:
             if (
-                math.dist(chain.start[0], self.pose[:2]) < near
+                math.dist(chain.start[0], place) < near
                 and elements.lengths(chain).sum() < near
                 and self.ground.swept(chain, -FILLET * self.radius, links.FINE_MM)
             ):
@@ -347,7 +359,7 @@ class Planner:
         self.pose = (*chain.end[-1].tolist(), math.atan2(along[1], along[0]))
 
     def _cleared(self, place):
-        return self.ground.swept(make_lines(place[None], place[None]), -links.RIM_MM, links.FINE_MM)
+        return self.ground.swept_line(place, place, -links.RIM_MM, links.FINE_MM)
 
     def _into(self, chain):
         """To the start of a chain in stock: straight there if that is near, else down a ramp on it."""
@@ -367,8 +379,7 @@ class Planner:
         self.ground.clear(down)
 
 
-def planned(region, radius, step, feed_mm_s, clearance, cleared=None, lag=0.0, overlap=0.0):
-    """Segments of one level of a region, climbing with the stock on the right.  cleared: a chain of places that the
-    tool may have been at before; lag: side of the cells that it was read from; overlap: mm that a wall that is run all
-    around is run on over its start."""
-    return Planner(region, radius, step, feed_mm_s, clearance, cleared, lag, overlap).plan()
+def planned(region, how, cleared=None, lag=0.0):
+    """Segments of one level of a region, climbing with the stock on the right.  how: a Cut; cleared: a chain of places
+    that the tool may have been at before; lag: side of the cells that it was read from."""
+    return Planner(region, how, cleared, lag).plan()

@@ -24,6 +24,7 @@ SQUARE = 0.25
 MOST = 20000
 
 COLUMNS = int(layout.ENGAGE_COLUMNS)
+_ROW = C.c_double * COLUMNS
 
 # What cleared ground is asked smaller by, in tool radii, as the C has it.
 SLACK = 0.0005
@@ -51,6 +52,18 @@ def fitted(pose: np.ndarray, within: float) -> Elements:
     return elements_of(found[:count])
 
 
+def patches(wanted: np.ndarray) -> list[np.ndarray]:
+    """[indices (n, 2)] of the places of a raster (columns, rows) bool that hang together by a side or a corner, each in
+    the order of the raster."""
+    asked = np.ascontiguousarray(wanted, np.uint8)
+    label, waiting = np.empty((2, *asked.shape), np.int32)
+    count = library().chip_engage_patches(*asked.shape, asked.ctypes.data, label.ctypes.data, waiting.ctypes.data)
+    place = np.argwhere(label)
+    order = np.argsort(label[label > 0], kind="stable")
+    ends = np.searchsorted(label[label > 0][order], np.arange(1, count + 1), "right")
+    return np.split(place[order], ends[:-1]) if count else []
+
+
 class Ground:
     """The ground of a region of tool centres (closed contours that have it on their left)."""
 
@@ -63,6 +76,7 @@ class Ground:
             first += len(contour)
         following = np.array(after, np.int64)
         self.radius, self._lib = radius, library()
+        self.grown = 0  # times that something was cleared
         self._handle = self._lib.chip_engage_open(
             len(rows), rows.ctypes.data, following.ctypes.data, radius, size or SQUARE * radius
         )
@@ -92,6 +106,7 @@ class Ground:
 
     def clear(self, e: Elements) -> None:
         """The tool runs along a chain."""
+        self.grown += 1
         rows = rows_of(e)
         self._lib.chip_engage_clear(self._handle, len(rows), rows.ctypes.data)
         self._sound()
@@ -109,6 +124,25 @@ class Ground:
         rows = rows_of(e)
         return bool(self._lib.chip_engage_swept(self._handle, len(rows), rows.ctypes.data, more, fine))
 
+    def swept_line(self, a, b, more: float, fine: float) -> bool:
+        """The same along a line between two places, or at one."""
+        row = _ROW(a[0], a[1], b[0], b[1], 0.0, 0.0, 0.0)
+        return bool(self._lib.chip_engage_swept(self._handle, 1, row, more, fine))
+
+    def inside(self, rows: np.ndarray, slack: float, stride: float) -> bool:
+        """Whether elements (n, 7) stay in the region, but for `slack`; asked every `stride` beside its border."""
+        found = self._lib.chip_engage_inside(self._handle, len(rows), rows.ctypes.data, slack, stride)
+        self._sound()
+        return bool(found)
+
+    def passes(self, row: tuple, slack: float, stride: float, more: float, fine: float) -> bool:
+        """inside() and swept() of one element, 7 numbers."""
+        given = _ROW(*row)
+        return bool(
+            self._lib.chip_engage_inside(self._handle, 1, given, slack, stride)
+            and self._lib.chip_engage_swept(self._handle, 1, given, more, fine)
+        )
+
     def left(self, fine: float) -> tuple[float, np.ndarray]:
         """(mm2 of what the tool reaches and has not cleared, a place (2,) of it)."""
         place = (C.c_double * 2)()
@@ -118,6 +152,7 @@ class Ground:
 
     def along(self, e: Elements, spacing: float) -> np.ndarray:
         """(n, 4) x, y, heading and engagement at most `spacing` apart along a chain, which is cleared meanwhile."""
+        self.grown += 1
         rows = rows_of(e)
         found = np.empty((int(elements.lengths(e).sum() / spacing) + len(e) + 1, 4))
         count = self._lib.chip_engage_along(
@@ -128,6 +163,7 @@ class Ground:
 
     def trace(self, pose, rule: layout.EngageRule, commit: bool, most: int = MOST) -> tuple[np.ndarray, int]:
         """((n, 4) x, y, heading, engagement of a path of constant engagement from a pose, why it ended)."""
+        self.grown += bool(commit)
         found, why = np.empty((most, 4)), C.c_int(0)
         count = self._lib.chip_engage_trace(
             self._handle, (C.c_double * 3)(*pose), C.byref(rule), commit, found.ctypes.data, most, C.byref(why)

@@ -12,7 +12,7 @@ from itertools import islice
 
 import numpy as np
 
-from chipwise.geometry.pocket.engage_ground import fitted
+from chipwise.geometry.pocket.engage_ground import fitted, rows_of
 from chipwise.geometry.base import elements
 from chipwise.geometry.base.elements import make_lines
 from chipwise.geometry.pocket.machinable import SLACK_MM
@@ -77,27 +77,12 @@ def direct(ground, a, b):
 
 def inside(ground, link):
     """Whether a chain stays in the region."""
-    for k, last in enumerate(elements.lengths(link).tolist()):
-        t, place_at = 0.0, _place_at(link, k)
-        while True:
-            depth = float(ground.depth(place_at(min(t / max(last, 1e-12), 1.0)))[0])
-            if depth < -SLACK_MM:
-                return False
-            if t >= last:
-                break
-            t += max(depth, STRIDE_MM)
-    return True
+    return ground.inside(rows_of(link), SLACK_MM, STRIDE_MM)
 
 
-def _place_at(link, k):
-    """Parameter -> place (1, 2) of an element: elements.point_at() of one, to the last bit."""
-    if link.is_arc[k]:
-        x, y = link.centre[k].tolist()
-        radius, first = float(link.radius[k]), float(link.start_angle[k])
-        sweep = float(link.sweep[k])
-        return lambda t: np.array([(x + np.cos(first + t * sweep) * radius, y + np.sin(first + t * sweep) * radius)])
-    (x, y), (dx, dy) = link.start[k].tolist(), (link.end[k] - link.start[k]).tolist()
-    return lambda t: np.array([(x + dx * t, y + dy * t)])
+def _passes(ground, link):
+    """Whether one element, 7 numbers, stays in the region, over cleared ground."""
+    return ground.passes(link, SLACK_MM, STRIDE_MM, -RIM_MM, FINE_MM)
 
 
 def leads(ground, pose, clearance, backwards):
@@ -112,13 +97,14 @@ def leads(ground, pose, clearance, backwards):
         far = centre + radius * np.column_stack((np.cos(angle), np.sin(angle)))
         for k in np.flatnonzero(ground.rim(far, -clearance)):
             start, end = (far[k], np.array(pose[:2])) if backwards else (np.array(pose[:2]), far[k])
-            link = elements.make_arcs(
-                start[None], end[None], centre[None], np.array([radius]), np.array([float(TURNS[k])])
-            )
-            if not (inside(ground, link) and ground.swept(link, -RIM_MM, FINE_MM)):
+            if not _passes(ground, (*start, *end, *centre, TURNS[k])):
                 break
             if _straight(ground, far[k], far[k], clearance):
-                found.append(link)
+                found.append(
+                    elements.make_arcs(
+                        start[None], end[None], centre[None], np.array([radius]), np.array([float(TURNS[k])])
+                    )
+                )
         if found:
             return found
     return []
@@ -141,9 +127,10 @@ def lifted(ground, grid, at, pose, clearance):
         onto = [link for link in (link_out(ground, grid, pose, clearance, True),) if link is not None]
     if not off or not onto:
         return None
-    pairs = [(a, b) for a in off[:FURTHER] for b in onto[:FURTHER]]
-    pairs.sort(key=lambda pair: sum(float(elements.lengths(link).sum()) for link in pair))
-    for a, b in pairs:
+    off_mm, onto_mm = ([float(elements.lengths(link).sum()) for link in arcs[:FURTHER]] for arcs in (off, onto))
+    pairs = [(i, j) for i in range(len(off_mm)) for j in range(len(onto_mm))]
+    pairs.sort(key=lambda pair: off_mm[pair[0]] + onto_mm[pair[1]])
+    for a, b in ((off[i], onto[j]) for i, j in pairs):
         ends = _end_of(a, at), _start_of(b, pose)
         if _straight(ground, *ends, clearance):
             return a, list(ends), b
@@ -211,17 +198,9 @@ def link_out(ground, grid, pose, clearance, backwards=False):
     of the nearest places has one, else lines; None."""
     near = grid.point[(grid.depth >= clearance) & grid.cleared]
     gap = np.hypot(*(near - pose[:2]).T)
-    order = np.argsort(gap, kind="stable")
-    free = list(
-        islice(
-            (
-                k
-                for k in order[: np.searchsorted(gap[order], OUT * ground.radius, "right")]
-                if ground.rim(near[k][None], -clearance)[0]
-            ),
-            PLACES,
-        )
-    )
+    order = np.flatnonzero(gap <= OUT * ground.radius)
+    order = order[np.argsort(gap[order], kind="stable")]
+    free = list(islice((k for k in order if ground.rim(near[k][None], -clearance)[0]), PLACES))
     for bend in BENDS:  # away from the stock on the right
         heading = pose[2] + (math.pi - bend if backwards else bend)
         for k in free:
@@ -243,15 +222,15 @@ def _tangent(ground, start, heading, end):
         return None
     radius = (along_**2 + aside**2) / (2.0 * aside)  # positive: to the left
     centre = np.asarray(start) + radius * np.array((-math.sin(heading), math.cos(heading)))
-    link = elements.make_arcs(
+    if not _passes(ground, (*start, *end, *centre, sweep)):
+        return None
+    return elements.make_arcs(
         np.array([start], float), end[None], centre[None], np.array([abs(radius)]), np.array([sweep])
     )
-    return link if inside(ground, link) and ground.swept(link, -RIM_MM, FINE_MM) else None
 
 
 def _straight(ground, a, b, clearance):
-    a, b = np.asarray(a, float), np.asarray(b, float)
-    return ground.swept(make_lines(a[None], b[None]), clearance, FINE_MM)
+    return ground.swept_line(a, b, clearance, FINE_MM)
 
 
 def _searched(grid, ground, a, b, clearance, more):
@@ -263,7 +242,7 @@ def _searched(grid, ground, a, b, clearance, more):
         next(
             (
                 tuple(known[k])
-                for k in np.argsort(np.hypot(*(place - p).T), kind="stable")[:NEAREST]
+                for k in _nearest(np.hypot(*(place - p).T), NEAREST)
                 if _straight(ground, p, place[k], clearance)
             ),
             None,
@@ -274,6 +253,14 @@ def _searched(grid, ground, a, b, clearance, more):
         return None
     link = over_raster(free, first, last, NEIGHBOURS)
     return link and [tuple(a), *(tuple(grid.point[at]) for at in link), tuple(b)]
+
+
+def _nearest(gap, count):
+    """Numbers of the smallest of an array, in their order."""
+    if len(gap) <= count:
+        return np.argsort(gap, kind="stable")
+    near = np.flatnonzero(gap <= np.partition(gap, count - 1)[count - 1])
+    return near[np.argsort(gap[near], kind="stable")[:count]]
 
 
 def _pulled(ground, link, clearance):

@@ -10,9 +10,9 @@ from typing import Optional
 
 import numpy as np
 
-from chipwise.geometry.pocket.engage_ground import slack
+from chipwise.geometry.pocket.engage_ground import patches, slack
 from chipwise.geometry.base import elements
-from chipwise.geometry.base.elements import Elements, make_lines
+from chipwise.geometry.base.elements import Elements
 from chipwise.geometry.pocket.engage_links import FINE_MM, RIM_MM
 from chipwise.geometry.pocket.machinable import machinable_regions
 
@@ -46,14 +46,20 @@ class Segment:
 
 
 class Poses:
-    """Poses (n, 3) along one contour of a region, tool beside its border, and which of them are cleared so far."""
+    """Poses (n, 3) along one contour of a region, tool beside its border, what each is known by, and which of them are
+    cleared so far."""
 
     def __init__(self, pose):
         self.pose, self.cleared = pose, np.zeros(len(pose), bool)
+        self.key = [tuple(place) for place in np.round(pose[:, :2], 2).tolist()]
         self.gap = np.hypot(*(np.roll(pose[:, :2], -1, axis=0) - pose[:, :2]).T)
+        self._asked = -1
 
     def refresh(self, ground):
-        """Ask again for those that are not cleared."""
+        """Ask again for those that are not cleared, if the ground has grown."""
+        if self._asked == ground.grown:
+            return
+        self._asked = ground.grown
         waiting = np.flatnonzero(~self.cleared)
         self.cleared[waiting] = ground.rim(self.pose[waiting, :2], slack(ground.radius))
 
@@ -70,28 +76,34 @@ class Poses:
                 ):
                     break
                 gone, j = gone + self.gap[before], before
-            found.append((tuple(self.pose[j]), tuple(np.round(self.pose[i, :2], 2))))
+            found.append((tuple(self.pose[j]), self.key[i]))
         return found
 
 
 def along_contour(contour, aside, spacing):
     """Poses (n, 3) along a closed chain, moved `aside` to its right, with a fan at corners to the left."""
-    length, found = elements.lengths(contour), []
-    for k in range(len(contour)):
-        if length[k] <= 0.0:
-            continue
-        t = np.arange(max(1, math.ceil(length[k] / spacing))) / max(1, math.ceil(length[k] / spacing))
-        index = np.full(len(t), k)
-        point, along = elements.point_at(contour, index, t), elements.tangent_at(contour, index, t)
-        found.append(_aside(point, np.arctan2(along[:, 1], along[:, 0]), aside))
-        last = elements.tangent_at(contour, np.array([k]), np.array([1.0]))[0]
-        first = elements.tangent_at(contour, np.array([(k + 1) % len(contour)]), np.array([0.0]))[0]
-        turn = math.atan2(last[0] * first[1] - last[1] * first[0], last @ first)
-        if aside > 0.0 and turn > FAN:
+    length = elements.lengths(contour)
+    known = np.flatnonzero(length > 0.0)
+    if not len(known):
+        return np.empty((0, 3))
+    count = np.maximum(1, np.ceil(length[known] / spacing)).astype(int)
+    index, ends = np.repeat(known, count), np.cumsum(count)
+    t = (np.arange(len(index)) - np.repeat(ends - count, count)) / np.repeat(count, count)
+    point, along = elements.point_at(contour, index, t), elements.tangent_at(contour, index, t)
+    pose = _aside(point, np.arctan2(along[:, 1], along[:, 0]), aside)
+    if aside <= 0.0:
+        return pose
+    last = elements.tangent_at(contour, known, np.ones(len(known)))
+    first = elements.tangent_at(contour, (known + 1) % len(contour), np.zeros(len(known)))
+    found = []
+    for k, some, out, into in zip(known.tolist(), np.split(pose, ends[:-1]), last, first):
+        found.append(some)
+        turn = math.atan2(out[0] * into[1] - out[1] * into[0], out @ into)
+        if turn > FAN:
             n = math.ceil(aside * turn / spacing) + 1
-            heading = math.atan2(last[1], last[0]) + turn * np.arange(n) / n
+            heading = math.atan2(out[1], out[0]) + turn * np.arange(n) / n
             found.append(_aside(np.broadcast_to(contour.end[k], (n, 2)), heading, aside))
-    return np.concatenate(found) if found else np.empty((0, 3))
+    return np.concatenate(found)
 
 
 def _aside(point, heading, aside):
@@ -130,9 +142,13 @@ class Grid:
         self.depth = ground.depth(self.point.reshape(-1, 2)).reshape(columns, rows)
         self.cleared = np.zeros((columns, rows), bool)
         self._roomy: dict[float, np.ndarray] = {}
+        self._asked = -1
 
     def refresh(self):
-        """Ask again for places that are not cleared."""
+        """Ask again for places that are not cleared, if the ground has grown."""
+        if self._asked == self.ground.grown:
+            return
+        self._asked = self.ground.grown
         waiting = np.nonzero(~self.cleared & (self.depth >= 0.0))
         if len(waiting[0]):
             self.cleared[waiting] = self.ground.rim(self.point[waiting], slack(self.ground.radius))
@@ -152,7 +168,7 @@ class Grid:
         index = np.argwhere(self.cleared)
         for k in np.argsort(-self.depth[self.cleared], kind="stable"):
             place = self.point[tuple(index[k])]
-            if self.ground.swept(make_lines(place[None], place[None]), -RIM_MM, FINE_MM):
+            if self.ground.swept_line(place, place, -RIM_MM, FINE_MM):
                 return tuple(place.tolist())
         return None
 
@@ -160,30 +176,8 @@ class Grid:
         """[(indices (n, 2))] of connected places, deeper than `least`, that are not cleared: of more than an area,
         mm2."""
         self.refresh()
-        left = {(int(i), int(j)) for i, j in zip(*np.nonzero(~self.cleared & (self.depth >= least)))}
-        found = []
-        while left:
-            first = left.pop()
-            patch, edge = [first], [first]
-            while edge:
-                i, j = edge.pop()
-                for near in (
-                    (i + 1, j),
-                    (i - 1, j),
-                    (i, j + 1),
-                    (i, j - 1),
-                    (i + 1, j + 1),
-                    (i - 1, j - 1),
-                    (i + 1, j - 1),
-                    (i - 1, j + 1),
-                ):
-                    if near in left:
-                        left.remove(near)
-                        patch.append(near)
-                        edge.append(near)
-            if len(patch) * self.size**2 > area:
-                found.append(np.array(sorted(patch)))
-        return found
+        found = patches(~self.cleared & (self.depth >= least))
+        return [patch for patch in found if len(patch) * self.size**2 > area]
 
     def patch_starts(self, least, area, pose):
         """[(pose, key)] beside patches as above, which touch no border, across from where the tool is."""
@@ -221,7 +215,7 @@ class Grid:
 
     def beside(self, patch):
         """Indices (n, 2) of cleared places beside a patch."""
-        near = (patch[:, None, :] + np.array([(1, 0), (-1, 0), (0, 1), (0, -1)])).reshape(-1, 2)
-        near = near[(near >= 0).all(axis=1) & (near < self.cleared.shape).all(axis=1)]
-        near = np.unique(near, axis=0)
-        return near[self.cleared[near[:, 0], near[:, 1]]]
+        over, (i, j) = np.zeros(np.add(self.cleared.shape, 2), bool), patch.T + 1
+        for di, dj in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+            over[i + di, j + dj] = True
+        return np.argwhere(over[1:-1, 1:-1] & self.cleared)

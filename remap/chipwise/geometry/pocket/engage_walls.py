@@ -36,8 +36,9 @@ class Wall:
         self.point = elements.point_at(contour, self.index, self.share)
         self.visited = np.zeros(len(self.station), bool)
 
-    def chains(self, ground, track):
-        """Chains along the contour that hold all of its places that the path (track) has not visited."""
+    def chains(self, ground, track, place=None, within=math.inf):
+        """Chains along the contour that hold all of its places that the path (track) has not visited; with a place only
+        those that begin within so far of it and are no longer than that, or hardly further away or longer."""
         waiting = np.flatnonzero(~self.visited)
         self.visited[waiting] = track.rim(self.point[waiting], track.radius)
         missing = np.flatnonzero(~self.visited)
@@ -50,28 +51,28 @@ class Wall:
                 if len(open_at)
                 else self.contour
             ]
-        return [
-            _between(self.contour, self.total, a, b)
-            for a, b in _ranges(self.station, missing, self.total, JOINED * self.radius)
-        ]
+        first, begin, end = _ranges(self.station, missing, self.total, JOINED * self.radius)
+        if place is not None:
+            gap = np.hypot(*(self.point[first] - place).T)
+            near = (gap < within + NOTHING_MM) & (np.minimum(end - begin, self.total) < within + NOTHING_MM)
+            begin, end = begin[near], end[near]
+        return [_between(self.contour, self.total, a, b) for a, b in zip(begin.tolist(), end.tolist())]
 
 
 def _ranges(station, missing, total, joined):
-    """[(from, to)] mm along the contour, each from the place before to the place after what is missing."""
-    n, found = len(station), []
-    station = station.tolist()
-    for k in missing.tolist():
-        before, after = (
-            station[k - 1] - (total if k == 0 else 0.0),
-            station[(k + 1) % n] + (total if k == n - 1 else 0.0),
-        )
-        if found and before - found[-1][1] <= joined:
-            found[-1][1] = after
-        else:
-            found.append([before, after])
-    if len(found) > 1 and found[0][0] + total - found[-1][1] <= joined:
-        found[0][0] = found.pop()[0] - total
-    return found
+    """(number of the place where each begins, from, to: mm along the contour), each from the place before to the place
+    after what is missing."""
+    n = len(station)
+    before, after = station[missing - 1], station[(missing + 1) % n]
+    before[missing == 0] -= total
+    after[missing == n - 1] += total
+    parted = np.flatnonzero(before[1:] - after[:-1] > joined) + 1
+    first, last = np.concatenate(([0], parted)), np.concatenate((parted, [len(missing)])) - 1
+    place, begin, end = missing[first] - 1, before[first], after[last]
+    if len(begin) > 1 and begin[0] + total - end[-1] <= joined:
+        place[0], begin[0] = place[-1], begin[-1] - total
+        place, begin, end = place[:-1], begin[:-1], end[:-1]
+    return place, begin, end
 
 
 def _between(contour, total, a, b):

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from chipwise.geometry.base import chains, elements
+from chipwise.geometry.base import chains, elements, search
 from chipwise.geometry.base.elements import Elements
 from chipwise.geometry.base.tolerances import NODE_MM
 from chipwise.geometry.pocket import engage_links
@@ -23,6 +23,7 @@ from chipwise.geometry.pocket.engage_ground import Ground
 from chipwise.geometry.pocket.engage_starts import Grid
 from chipwise.geometry.pocket.machinable import clear_segment
 from chipwise.geometry.pocket.path_graph import along
+from chipwise.geometry.pocket.rounded import EASED_DEEPEST
 from chipwise.geometry.pocket.shortest import over_raster
 
 # A start this near to the path so far lies on it. mm; far below what a stock model or a chip can tell.
@@ -88,7 +89,7 @@ class _Linker:
     def __init__(self, region, radius, clearance, feed_mm_s):
         self.region, self.clearance, self.feed_mm_s = region, clearance, feed_mm_s
         self.ground, self._grid = Ground(region.contours, radius), None
-        self.done = []
+        self.done, self.bridges, self.looked = [], [], 0
 
     def add(self, track):
         """A Track is cut."""
@@ -123,13 +124,32 @@ class _Linker:
 
     def _along(self, here, to):
         """Along the path of all Tracks so far; None where their paths do not touch."""
-        path = elements.join(self.done)
+        path = elements.join((*self.done, *self._bridged()))
         gap, index, t = chains.nearest(path, to)
         at = to if gap <= ON_PATH_MM else chains.point(path, index, t)
         chain = None if gap > ON_PATH_MM and not self._free(at, to) else along(path, here, at, ON_PATH_MM)
         if chain is None or not len(chain):
             return None
         return self._shortened(chain, True) + ([chains.line(at, to)] if gap > ON_PATH_MM else [])
+
+    def _bridged(self):
+        """Lines to the path from ends of Tracks beside it: in corners that are arcs."""
+        path, count = elements.join(self.done), np.cumsum([len(chain) for chain in self.done])
+        fresh, near_mm = np.arange(self.looked, len(self.done)), EASED_DEEPEST * self.ground.radius
+        self.looked = len(self.done)
+        end = path.end[count[fresh] - 1]
+        which, element = search.near_points(search.build(*elements.boxes(path)), end, np.full(len(end), near_mm))
+        first = count[fresh] - [len(self.done[k]) for k in fresh.tolist()]
+        earlier = element < first[which]
+        which, element = which[earlier], element[earlier]
+        gap = elements.distances(path, element, end[which])
+        order = np.lexsort((gap, which))
+        order = order[np.unique(which[order], return_index=True)[1]]  # the nearest of each
+        for k in order[(gap[order] > ON_PATH_MM) & (gap[order] <= near_mm)].tolist():
+            a, nearest = end[which[k]], elements.take(path, [element[k]])
+            b = chains.point(nearest, *chains.nearest(nearest, a)[1:])
+            self.bridges += [chains.line(a, b)] if self._free(a, b) else []
+        return self.bridges
 
     def _seconds(self, route):
         """What single elements take, with the rapids on them."""

@@ -17,7 +17,8 @@ from chipwise.geometry.offset.kernel import refuse_open
 SAGITTA_MM = 1e-3
 
 # A loop lies in another if no more than this share of it is outside, and no more than a gap's width along its outline:
-# what touches from inside is not a crossing.
+# what touches from inside is not a crossing.  What touches from outside reaches in by less than a gap everywhere; by
+# its area, along a whole outline, it might be a tip, and a tool would cut it off.
 OUTSIDE_SHARE = 0.1
 
 
@@ -60,14 +61,15 @@ def sort(contours, close_mm, links=()):
     for k, m in sorted((k, m) for k, others in enumerate(polygons.meeting_boxes(regions)) for m in others if m < k):
         if k in doubled or m in doubled:
             continue
-        shared = polygons.shared_area(regions[k], regions[m])
+        part = polygons.shared(regions[k], regions[m])
+        shared = polygons.area_of(part)
         if size[k] + size[m] - 2.0 * shared <= slack[k]:
             doubled[k] = m
             continue
         small, large = (k, m) if size[k] < size[m] else (m, k)
         if size[small] - shared <= slack[small]:
             inside[small].add(large)
-        elif shared > slack[small]:
+        elif shared > slack[small] or _reaches_in(part, (regions[k], regions[m]), close_mm):
             crossed[k].add(m)
             crossed[m].add(k)
     kept = [k for k in range(len(contours)) if k not in doubled]
@@ -79,6 +81,11 @@ def sort(contours, close_mm, links=()):
         tuple((contours[k], contours[m]) for k, m in crossing),
         links,
     )
+
+
+def _reaches_in(part, both, close_mm):
+    """Whether one of two loops reaches into the other by more than a gap: `part` is what both have."""
+    return polygons.area_of(part) > 0.0 and polygons.reaches_beyond(part, both, close_mm + SAGITTA_MM)
 
 
 def _roles(kept, size, inside, crossed):

@@ -24,6 +24,7 @@ together reach everything while the gap is at most the tool's diameter.
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple, Optional
 
 import numpy as np
 
@@ -31,6 +32,7 @@ from chipwise.errors import CycleError
 
 from chipwise.geometry.base import chains, elements
 from chipwise.geometry.base.elements import Elements
+from chipwise.geometry.pocket.rounded import EASED_DEEPEST, eased
 from chipwise.geometry.pocket.tracks import along, make_track
 
 # Rows stay this far (mm) from the v of corners and turning points: far above rounding, far below
@@ -40,6 +42,9 @@ CLEAR_MM = 2e-4
 # Neighbouring rows overlap by at least this share of the tool's diameter: rows that only touch
 # would leave a ridge of rounding.
 OVERLAP_SHARE = 0.005
+
+# An arc in a corner may be as deep as what the tool is wider than half a gap, times this.
+SURE = 0.9
 
 # More rows are a slip of the finger and would stall the preview.
 MAX_ROWS = 3000
@@ -65,7 +70,8 @@ class Scan:
     pool: every element a track may need: the contours cut at all crossings (split of them), the
     same backwards, the chords, the same backwards; begin (k,) int: where in it a crossing's outline
     piece begins; loops: (first, last) of each contour in it.
-    kept: the rows end before the walls, the contours are not the walls.
+    deepest: the rows end before the walls, the contours are not the walls, and their corners may be arcs that are this
+    far (mm) from the corner; None: neither.
     """
 
     chord: np.ndarray
@@ -80,7 +86,7 @@ class Scan:
     loops: tuple
     split: int
     pool: Elements
-    kept: bool = False
+    deepest: Optional[float] = None
 
     @property
     def chords(self):
@@ -142,17 +148,21 @@ def rows_before(region, radius, step, direction, climb, walls):
     if walls is not None and walls.within is not region:
         rows = scan(walls.within, radius - walls.kept, step, direction, climb)
         if rows.chords:
-            return replace(rows, kept=True)
+            gap = widest(step, radius - walls.kept)
+            return replace(rows, deepest=min(EASED_DEEPEST * radius, SURE * (radius - 0.5 * gap)))
     return scan(region, radius, step, direction, climb)
 
 
 def finished(region, rows, tracks, climb, walls):
     """Tracks of rows, and after them every contour of the machinable region once, with arcs onto and off them if walls
-    are given."""
+    are given; then corners of the rows are arcs, but those at which Tracks begin."""
     here = tracks[-1].end if tracks else None
-    if not rows.kept:
+    if rows.deepest is None:
         tracks = tuple(tracks + rows.contour_tracks(here))
         return tracks if walls is None else walls.led(tracks)
+    starts = np.array([track.start for track in tracks])
+    parts = [track.elements for track in tracks]
+    tracks = [make_track(chain) for chain in eased(parts, starts, walls.radius, rows.deepest, walls.keeps)]
     for contour in (*region.holes, region.boundary):
         loop = along(contour, climb)
         index, t = chains.nearest(loop, here)[1:]
@@ -171,11 +181,16 @@ def scan(region, radius, step, direction, climb):
     low, high = (elements.point_at(e, segment, t) @ v for t in (t0, t1))
     low = np.where(t0 == 0.0, e.start[segment] @ v, low)
     high = np.where(t1 == 1.0, e.end[segment] @ v, high)
-    limit = min(step, 2.0 * radius * (1.0 - OVERLAP_SHARE))
+    limit = widest(step, radius)
     rows = spread_rows(np.concatenate((low, high)), limit) if region.area > NO_AREA_MM2 else np.zeros(0)
-    element, t, row, rising = _crossings(e, v, (segment, t0, t1, low, high), rows)
-    keep = _matched(elements.point_at(e, element, t) @ u, row, rising)
-    return _assemble(contours, e, u, element[keep], t[keep], row[keep], rising[keep])
+    found = _crossings(e, v, (segment, t0, t1, low, high), rows)
+    keep = _matched(elements.point_at(e, found.element, found.t) @ u, found.row, found.rising)
+    return _assemble(contours, e, u, _Crossings(*(values[keep] for values in found)))
+
+
+def widest(step, radius):
+    """Most gap of rows, mm."""
+    return min(step, 2.0 * radius * (1.0 - OVERLAP_SHARE))
 
 
 def _monotone(e, v):
@@ -221,8 +236,17 @@ def _moved(rows, values, clear):
     return np.where(within, near, rows)
 
 
+class _Crossings(NamedTuple):
+    """Of rows with elements of a run, at t of them, in contour order: (k,) each; rising: whether v rises there."""
+
+    element: np.ndarray
+    t: np.ndarray
+    row: np.ndarray
+    rising: np.ndarray
+
+
 def _crossings(e, v, segments, rows):
-    """Crossings (element, t, row, rising) of rows with monotone pieces, in contour order."""
+    """The _Crossings of rows with monotone pieces."""
     segment, t0, t1, low, high = segments
     first = np.searchsorted(rows, np.minimum(low, high), side="right")
     many = np.maximum(np.searchsorted(rows, np.maximum(low, high), side="left") - first, 0)
@@ -240,7 +264,7 @@ def _crossings(e, v, segments, rows):
     arc_t = np.clip((angle - e.start_angle[index]) / sweep, t0[which], t1[which])
     t = np.where(arc, arc_t, line_t)
     order = np.lexsort((t, index))
-    return index[order], t[order], row[order], rising[order]
+    return _Crossings(index[order], t[order], row[order], rising[order])
 
 
 def _matched(u, row, rising):
@@ -268,8 +292,9 @@ def _along_rows(u, row, rising):
     return order
 
 
-def _assemble(contours, e, u, element, t, row, rising):
-    """Scan of matched crossings."""
+def _assemble(contours, e, u, matched):
+    """Scan of matched _Crossings."""
+    element, t, row, rising = matched
     k = len(element)
     point = elements.point_at(e, element, t)
     order = _along_rows(point @ u, row, rising)
