@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
-"""chipwise.headless.session: what is kept of an error state of LinuxCNC's task."""
+"""chipwise.headless.session: what is kept of an error state of LinuxCNC's task, and commands that it drops."""
 
 from types import SimpleNamespace
 
 import linuxcnc
 import pytest
 
+from chipwise.headless import session as steps
 from chipwise.headless.session import WAITED, Session
 
 
@@ -43,3 +44,25 @@ def test_a_traverse_that_has_waited_is_no_error_of_the_run():
 
 def test_it_is_what_the_guard_says(root):
     assert f'"{WAITED}' in (root / "components/chipwise_guard.comp").read_text()
+
+
+@pytest.mark.parametrize("dropped", [0, 1, 3])
+def test_a_state_is_commanded_again_where_the_task_drops_it(monkeypatch, dropped):
+    """Its io has not answered in time.  What is taken is commanded once."""
+    clock, sent = [100.0], []
+    monkeypatch.setattr(steps.time, "monotonic", lambda: clock[0])
+    monkeypatch.setattr(steps.time, "sleep", lambda seconds: clock.__setitem__(0, clock[0] + seconds))
+    monkeypatch.setattr(steps, "task_runs", lambda: True)
+    session = Session.__new__(Session)
+    session.deadline, session.status = 1e9, SimpleNamespace(task_state=linuxcnc.STATE_ESTOP)
+    session.poll = lambda: None
+
+    def taken(state):
+        sent.append(state)
+        if sent.count(state) > dropped:
+            session.status.task_state = state
+
+    session.command = SimpleNamespace(state=taken)
+    session.switch_on()
+    assert sent == [linuxcnc.STATE_ESTOP_RESET] * (dropped + 1) + [linuxcnc.STATE_ON] * (dropped + 1)
+    assert clock[0] < 100.0 + 2 * dropped * 1.1 * steps.AGAIN_S + 1.0

@@ -12,12 +12,14 @@ import json
 import os
 import subprocess
 import tempfile
+from typing import NamedTuple
 
 from chipwise import ROOT
 
 SANDBOX = os.path.join(ROOT, "bin", "chipwise-sandbox")
 HEADLESS = os.path.join(ROOT, "configs", "mill_headless.ini")
 GRACE_S = 60.0  # real time for start and end, beside the program's own
+MOTION_S = 60.0  # real time for motion to answer the task, however fast the clock is
 TAIL_LINES = 25  # of LinuxCNC's output in an error
 
 
@@ -38,15 +40,17 @@ def can_run_at(speed):
     )
 
 
-def start_command(ini, settings):
-    """The command that starts LinuxCNC; other settings go into a copy of the INI file beside it,
-    which the sandbox throws away.  Of two equal keys the first counts."""
-    if not settings:
+def start_command(ini, settings, speed=1.0):
+    """The command that starts LinuxCNC; other settings, and COMM_TIMEOUT where the clock is fast, go into a copy of the
+    INI file beside it, which the sandbox throws away.  Of two equal keys the first counts."""
+    if not settings and speed <= 1.0:
         return ["linuxcnc", "-r", ini]
     lines = "".join("\n%s = %s" % pair for pair in settings.items())
+    motion = "COMM_TIMEOUT = %g" % (MOTION_S * speed) if speed > 1.0 else ""
     copy = os.path.join(os.path.dirname(ini), "settings-" + os.path.basename(ini))
-    script = 'awk -v lines="$1" \'{print} /^\\[CHIPWISE\\]/ {print lines}\' "$2" > "$3" && exec linuxcnc -r "$3"'
-    return ["sh", "-c", script, "sh", lines, ini, copy]
+    put = "{print} /^\\[CHIPWISE\\]/ {print lines} /^\\[EMCMOT\\]/ {print motion}"
+    script = f'awk -v lines="$1" -v motion="$2" \'{put}\' "$3" > "$4" && exec linuxcnc -r "$4"'
+    return ["sh", "-c", script, "sh", lines, motion, ini, copy]
 
 
 def _environment(program, timeout, summary_path, log):
@@ -60,32 +64,38 @@ def _environment(program, timeout, summary_path, log):
     return variables
 
 
-def run_headless(
-    program, ini=HEADLESS, speed=1.0, timeout=3600.0, log=None, output=None, env=None, sandbox_options=(), settings=None
-):
+class Machine(NamedTuple):
+    """The LinuxCNC that runs a program.
+
+    settings  {key: value} that take the place of those in [CHIPWISE]
+    env       more environment variables
+    """
+
+    ini: str = HEADLESS
+    settings: dict | None = None
+    env: dict | None = None
+
+
+def run_headless(program, machine=Machine(), speed=1.0, timeout=3600.0, log=None, output=None):
     """-> the summary (dict) of one run; it has `exit_status` besides its own keys.
 
-    program          path of the G-code program
-    speed            let time pass that many times as fast
-    timeout          s of the machine's time for the whole run
-    log              save the servo-period log there (.npz, .csv)
-    output           keep what LinuxCNC printed there
-    env              more environment variables
-    sandbox_options  more options of chipwise-sandbox
-    settings         {key: value} that take the place of those in [CHIPWISE]
+    program  path of the G-code program
+    speed    let time pass that many times as fast
+    timeout  s of the machine's time for the whole run
+    log      save the servo-period log there (.npz, .csv)
+    output   keep what LinuxCNC printed there
     """
     with tempfile.TemporaryDirectory(prefix="chipwise-run.") as folder:
         summary_path = os.path.join(folder, "summary.json")
-        variables = _environment(program, timeout, summary_path, log) | (env or {})
+        variables = _environment(program, timeout, summary_path, log) | (machine.env or {})
         command = [
             SANDBOX,
             "--timeout",
             "%g" % (timeout / speed + GRACE_S),
             "--speed",
             "%g" % speed,
-            *sandbox_options,
             "--",
-            *start_command(os.path.abspath(ini), settings or {}),
+            *start_command(os.path.abspath(machine.ini), machine.settings or {}, speed),
         ]
         done = subprocess.run(
             command,

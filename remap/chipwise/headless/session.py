@@ -20,6 +20,7 @@ POLL_S = 0.010
 ALIVE_S = 0.5  # between two looks whether the task still runs: /proc is read for that
 SPEED = float(os.environ.get("CHIPWISE_SPEED", 1.0))  # of the clock, in a sandbox
 STEP_TIMEOUT_S = 100.0 * SPEED  # for every step but the program itself: patience is in real time
+AGAIN_S = 10.0  # a state that is not reached is commanded again; by the clock of LinuxCNC, whose own time-out is 5 s
 IDLE_POLLS = 20  # the interpreter is idle when it was this many times
 GUARD_S = 0.2  # a guard's stop that lasts as long is one
 GUARD_WORDS_S = 10.0 * SPEED  # for its message to come
@@ -142,11 +143,27 @@ class Session:
 
     # --- steps --------------------------------------------------------------
 
+    def set_state(self, state, what, reached):
+        """Command a state, and again until reached(status).
+
+        The task drops what its io does not answer within 5 s, as on a computer that was blocked, and tells nobody."""
+        self.command.state(state)
+        sent = time.monotonic()
+
+        def is_so(status):
+            nonlocal sent
+            if reached(status):
+                return True
+            if time.monotonic() - sent > AGAIN_S:
+                self.command.state(state)
+                sent = time.monotonic()
+            return False
+
+        self.wait(what, is_so)
+
     def switch_on(self):
-        self.command.state(linuxcnc.STATE_ESTOP_RESET)
-        self.wait("E-stop reset", lambda s: s.task_state != linuxcnc.STATE_ESTOP)
-        self.command.state(linuxcnc.STATE_ON)
-        self.wait("machine on", lambda s: s.task_state == linuxcnc.STATE_ON)
+        self.set_state(linuxcnc.STATE_ESTOP_RESET, "E-stop reset", lambda s: s.task_state != linuxcnc.STATE_ESTOP)
+        self.set_state(linuxcnc.STATE_ON, "machine on", lambda s: s.task_state == linuxcnc.STATE_ON)
 
     def set_mode(self, mode, name):
         self.command.mode(mode)
