@@ -23,8 +23,8 @@ def one(seed, spacing):
     """(share of the volume above the casting, the share that the command states, mm by which it is nowhere below the
     casting minus the error)."""
     casting = Casting(seed, spacing)
-    box = (0.0, 0.0, 0.0), (casting.wide, casting.deep, casting.high)
-    found = stock.made(casting.points, box, points.Place(), CELL, casting.error, 0.0)
+    typed = stock.Typed((0.0, 0.0, 0.0), (casting.wide, casting.deep, casting.high))
+    found = stock.made(casting.points, typed, points.Place(), CELL, casting.error)
     tops = found.cells["top"][1:-1, 1:-1].astype(float)
     x, y = np.meshgrid((np.arange(found.head.nx) + 0.5) * CELL, (np.arange(found.head.ny) + 0.5) * CELL)
     casting.places = np.column_stack((x.ravel(), y.ravel()))

@@ -26,6 +26,7 @@ from roots import ROOT
 from rows import row
 
 from chipwise.host import processes
+from support.scenes import SCENE
 
 CHIPWISE = os.path.join(ROOT, "bin", "chipwise")
 MEGA = 1 << 20
@@ -147,15 +148,7 @@ def set_up(folder, ini, moves):
     failed."""
     path, failed = os.path.join(folder, "relief.ngc"), False
     program(path, 4, True, moves)
-    scene = {
-        "index": 1,
-        "offset": [0.0, 0.0, 0.0],
-        "g92": [0.0, 0.0, 0.0],
-        "turn": 0.0,
-        "tool": 0,
-        "codes": "G17 G21",
-        "block_delete": False,
-    }
+    scene = {**SCENE, "tool": 0}
     estimate = (
         [sys.executable, "-m", "chipwise.setup.time_process", str(os.getpid())],
         json.dumps({"ini": ini, "program": path, "scene": scene}),

@@ -62,7 +62,7 @@ class Sample:
         """(s in which the axes move, mm2 of the largest section, largest rate mm3/min) of a run."""
         path, log = self.folder / f"{self.name}.ngc", self.folder / "run.npz"
         path.write_text(text)
-        summary = runner.run_headless(str(path), speed=self.speed, settings=settings, log=str(log))
+        summary = runner.run_headless(str(path), runner.Machine(settings=settings), self.speed, log=str(log))
         if summary["exit_status"] or summary["errors"]:
             raise RuntimeError(f"bench: {self.name}: {summary['errors']}")
         with np.load(log) as stored:

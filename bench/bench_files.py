@@ -83,7 +83,7 @@ def cycle_s(text):
         os.chmod(folder, 0o777)
         program = Path(folder) / "files.ngc"
         program.write_text(HEAD + BOX + text + "M2\n")
-        summary = runner.run_headless(str(program), settings={**LARGE, "STOCK_DIR": folder})
+        summary = runner.run_headless(str(program), runner.Machine(settings={**LARGE, "STOCK_DIR": folder}))
         if not summary["finished"] or summary["errors"]:
             raise SystemExit(f"{text!r}: {summary['errors']}")
         return summary["cycle_s"]

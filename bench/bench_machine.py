@@ -40,8 +40,9 @@ def measured():
         times = folder / "times.json"
         runner.run_headless(
             str(PROGRAM),
-            ini=str(machine(folder)),
-            env={"CHIPWISE_TIMED": " ".join(FUNCTIONS), "CHIPWISE_TIMES": str(times)},
+            runner.Machine(
+                str(machine(folder)), env={"CHIPWISE_TIMED": " ".join(FUNCTIONS), "CHIPWISE_TIMES": str(times)}
+            ),
         )
         return json.loads(times.read_text())
 

@@ -34,7 +34,7 @@ import numpy as np
 
 import roots  # noqa: F401  sys.path
 from chipwise.clib.height_map import Shape
-from chipwise.cycles.surface import SurfaceRequest, surface_plan
+from chipwise.cycles.surface import surface_plan
 from chipwise.moves import PlaneArc
 from chipwise.clib import drop_cutter
 from chipwise.surface.model import Placing, read_model
@@ -179,20 +179,8 @@ def path():
     for name, (make, shape) in DEMOS.items():
         with tempfile.TemporaryDirectory() as folder:
             file = surface_cases.write_stl(f"{folder}/model.stl", make())
-            known = dict(
-                file=file,
-                stamp=(name,),
-                placing=Placing(),
-                bottom=None,
-                clearance=None,
-                tool=shape,
-                step=0.5,
-                feed=1500.0,
-                plunge_feed=600.0,
-                start=START,
-                stock_is_model=True,
-            )
-            plans = [surface_plan(SurfaceRequest(link=link, **known)) for link in (0, 1, 2)]
+            known = dict(stamp=(name,), tool=shape, step=0.5, feed=1500.0, plunge_feed=600.0, start=START)
+            plans = [surface_plan(surface_cases.request(file, link=link, **known)) for link in (0, 1, 2)]
             model = read_model(file, Placing())
         probe = drop_cutter.Probe(drop_cutter.Mesh(model, 3.0), shape, floor=float(model.low[2]))
         yield from gouges(name, plans[1], model, shape, probe)
@@ -288,21 +276,10 @@ def machine():
     for name, (make, shape) in DEMOS.items():
         with tempfile.TemporaryDirectory() as folder:
             file = surface_cases.write_stl(f"{folder}/model.stl", make())
-            known = dict(
-                file=file,
-                stamp=(name, "machine"),
-                placing=Placing((40.0, 40.0, -20.0)),
-                bottom=None,
-                clearance=None,
-                tool=shape,
-                step=0.5,
-                feed=1500.0,
-                plunge_feed=600.0,
-                start=None,
-                stock_is_model=True,
-            )
+            known = dict(tool=shape, step=0.5, feed=1500.0, plunge_feed=600.0, start=None)
+            known |= dict(stamp=(name, "machine"), placing=Placing((40.0, 40.0, -20.0)))
             found = [
-                surface_links.machine_seconds(surface_plan(SurfaceRequest(link=link, **known)), folder)
+                surface_links.machine_seconds(surface_plan(surface_cases.request(file, link=link, **known)), folder)
                 for link in (0, 1)
             ]
         lost = max(lost for _seconds, lost in found)

@@ -111,7 +111,7 @@ def without_rates(folder):
 def run(job):
     program, log = job
     settings = without_rates(program.parent) if program.stem.endswith("-free") else None
-    summary = runner.run_headless(str(program), speed=SPEED, log=str(log), settings=settings)
+    summary = runner.run_headless(str(program), runner.Machine(settings=settings), SPEED, log=str(log))
     if summary["exit_status"] or summary["errors"]:
         raise RuntimeError(f"bench: {program.name}: {summary['errors']}")
 

@@ -10,9 +10,8 @@ import numpy as np
 
 import roots  # noqa: F401  sys.path
 from chipwise.clib.height_map import Shape
-from chipwise.cycles.surface import SurfaceRequest, surface_plan
+from chipwise.cycles.surface import surface_plan
 from chipwise.errors import CycleError
-from chipwise.surface.model import Placing
 from support import link_judge, random_cases, surface_cases, surface_judge
 
 START = (-5.0, -5.0, 20.0)
@@ -44,18 +43,14 @@ def request(rng, file, number):
     diameter = float(rng.uniform(1.0, 4.0))
     corner, tip = [(0, 0), (diameter / 2, 0), (diameter / 5, 0), (0, 60), (diameter / 6, 20)][rng.integers(0, 5)]
     levels = rng.random() < 0.3
-    made = SurfaceRequest(
-        file=file,
+    made = surface_cases.request(
+        file,
         stamp=(number,),
-        placing=Placing(),
-        bottom=None,
-        clearance=None,
         tool=Shape(diameter, corner, tip),
         step=float(rng.uniform(0.1, 0.4)) * diameter,
         feed=1500.0,
         plunge_feed=600.0,
         start=START,
-        stock_is_model=True,
         direction=float(rng.integers(0, 360)),
         relief=float(rng.choice([0.1, 0.3, 1.0, 1.5])),
         link=2 if levels and rng.random() < 0.3 else 1,

@@ -9,8 +9,7 @@ import numpy as np
 
 import roots  # noqa: F401  sys.path
 from chipwise.clib.height_map import Shape
-from chipwise.cycles.surface import SurfaceRequest, surface_plan
-from chipwise.surface.model import Placing
+from chipwise.cycles.surface import surface_plan
 from rows import row
 from support import link_judge, surface_cases, surface_judge
 
@@ -52,23 +51,11 @@ def fine_rest(small, needles, top):
 
 def requests(name, file):
     """SurfaceRequests of levels, of the finish and of the rest."""
-    known = dict(
-        file=file,
-        stamp=(name,),
-        placing=Placing(),
-        bottom=None,
-        clearance=None,
-        feed=FEED,
-        plunge_feed=600.0,
-        start=START,
-        stock_is_model=True,
-        relief=0.3,
-    )
-    levels = SurfaceRequest(tool=Shape(6), step=2.4, depth=1.5, allowance=0.3, tolerance=0.03, **known)
-    finish = SurfaceRequest(tool=Shape(6, 3), step=0.5, earlier=(levels,), **known)
-    small = SurfaceRequest(
-        tool=Shape(3, 1.5), step=0.2, least=0.05, earlier=(levels, dataclasses.replace(finish, earlier=())), **known
-    )
+    known = dict(stamp=(name,), feed=FEED, plunge_feed=600.0, start=START, relief=0.3)
+    levels = surface_cases.request(file, tool=Shape(6), step=2.4, depth=1.5, allowance=0.3, tolerance=0.03, **known)
+    finish = surface_cases.request(file, tool=Shape(6, 3), step=0.5, earlier=(levels,), **known)
+    before = levels, dataclasses.replace(finish, earlier=())
+    small = surface_cases.request(file, tool=Shape(3, 1.5), step=0.2, least=0.05, earlier=before, **known)
     return levels, finish, small
 
 

@@ -46,12 +46,12 @@ __all__ = (
 
 def g12(self, **words):
     """G12: circular hole, cut clockwise."""
-    yield from session.run_cycle(self, "G12", words, hole.order_of(ccw=False))
+    yield from session.run_cycle(self, "G12", words, session.Cycle(hole.order_of(ccw=False)))
 
 
 def g13(self, **words):
     """G13: circular hole, cut counter-clockwise."""
-    yield from session.run_cycle(self, "G13", words, hole.order_of(ccw=True))
+    yield from session.run_cycle(self, "G13", words, session.Cycle(hole.order_of(ccw=True)))
 
 
 def g22(self, **words):
@@ -66,41 +66,41 @@ def g23(self, **words):
 
 def g24(self, **words):
     """G24: machine a curved surface."""
-    yield from session.run_cycle(self, "G24", words, surface.order)
+    yield from session.run_cycle(self, "G24", words, session.Cycle(surface.order))
 
 
 def g26(self, **words):
     """G26: turn a part from its drawing."""
     yield from session.run_cycle(
-        self, "G26", words, turning.order_of(single=False), turning.check_modes, turning.carry_out
+        self, "G26", words, session.Cycle(turning.order_of(single=False), turning.check_modes, turning.carry_out)
     )
 
 
 def g27(self, **words):
     """G27: one step of G26's plan."""
     yield from session.run_cycle(
-        self, "G27", words, turning.order_of(single=True), turning.check_modes, turning.carry_out
+        self, "G27", words, session.Cycle(turning.order_of(single=True), turning.check_modes, turning.carry_out)
     )
 
 
 def g75(self, **words):
     """G75: run a sub as a pattern."""
-    yield from session.run_cycle(self, "G75", words, pattern.order, pattern.check_modes)
+    yield from session.run_cycle(self, "G75", words, session.Cycle(pattern.order, pattern.check_modes))
 
 
 def g77(self, **words):
     """G77: rough a contour."""
-    yield from session.run_cycle(self, "G77", words, contour.order_of(finish=False))
+    yield from session.run_cycle(self, "G77", words, session.Cycle(contour.order_of(finish=False)))
 
 
 def g78(self, **words):
     """G78: finish a contour."""
-    yield from session.run_cycle(self, "G78", words, contour.order_of(finish=True))
+    yield from session.run_cycle(self, "G78", words, session.Cycle(contour.order_of(finish=True)))
 
 
 def g79(self, **words):
     """G79: clear a pocket."""
-    yield from session.run_cycle(self, "G79", words, pocket.order, rests=pocket.starts_from_stock)
+    yield from session.run_cycle(self, "G79", words, session.Cycle(pocket.order, rests=pocket.starts_from_stock))
 
 
 def m250(self, **words):

@@ -18,6 +18,7 @@ from chipwise.pattern.run import read_pattern
 from support import ROOT, canon, forked
 from support.check_runs import CHIPWISE, SLOT, chipwise_check, mill_with_tools
 from support.filter_runs import mill_ini, run as run_filter
+from support.scenes import SCENE
 
 MARK = "chipwise_ran"  # a file that what runs would write
 LINE = 7  # of SLOT, replaced by what runs
@@ -187,15 +188,7 @@ def test_the_filter_gives_no_such_program_to_the_screen(folder, broken):
 
 def test_the_reader_of_the_panel(folder, machine):
     (folder / "part.ngc").write_text(text_of(RUNS["parentheses"], folder))
-    scene = {
-        "index": 1,
-        "offset": [0.0] * 3,
-        "turn": 0.0,
-        "g92": [0.0] * 3,
-        "tool": 0,
-        "block_delete": False,
-        "codes": "",
-    }
+    scene = {**SCENE, "tool": 0, "codes": ""}
     head, path = look_ahead_process.read(
         {"ini": str(machine), "program": str(folder / "part.ngc"), "scene": scene, "tip": (0, 0, 0)}, str(folder)
     )

@@ -8,6 +8,9 @@ from chipwise.clamps.clamp import Clamp
 from chipwise.monitor import comment_process
 from support.resume_programs import SUBS
 from support.resume_stop import Stop
+from support.scenes import SCENE
+
+pytestmark = pytest.mark.usefixtures("forked_readers")
 
 WITH = SUBS.replace("T1 M6\n", "M256 P2\nT1 M6\n", 1)
 FAR = "[set_up.2.clamp.jaw]\nbox = [-40.0, 0.0, -20.0, -20.0, 80.0, 5.0]\n"
@@ -50,15 +53,6 @@ def test_without_m256_nothing_is_put_in_force(tmp_path):
     assert b"M256" not in Stop(tmp_path).made().data
 
 
-SCENE = {
-    "index": 1,
-    "offset": [0.0, 0.0, 0.0],
-    "g92": [0.0, 0.0, 0.0],
-    "turn": 0.0,
-    "tool": 1,
-    "codes": "G17 G21",
-    "block_delete": False,
-}
 BOX = "(CLAMP,BOX,XMIN=-3,YMIN=-2.5,ZMIN=-1,XMAX=-2,YMAX=3,ZMAX=0.25)\n"
 POST = "(CLAMP,CYLINDER,X=-50,Y=75,ZMIN=-20,ZMAX=8,DIAMETER=10)\n"
 HEAD = "G21 G90 G17 G40 G49 G54 G80 G94\n"

@@ -10,6 +10,8 @@ from support.resume_oracle import apart
 from support.resume_programs import ARCS
 from support.resume_stop import Stop
 
+pytestmark = pytest.mark.usefixtures("forked_readers")
+
 ENTRY, FIRST = 16, 17  # lines of ARCS
 SHARES = (0.4, 0.95)
 # Behind the move that enters, to the other side of it.

@@ -17,7 +17,10 @@ from support.resume_case import stations as case_stations
 from support.resume_oracle import PERIOD_S, apart
 from support.resume_programs import OWN, SAMPLES
 
-pytestmark = pytest.mark.xdist_group("resume_places")  # each case is made once
+pytestmark = [
+    pytest.mark.xdist_group("resume_places"),  # each case is made once
+    pytest.mark.usefixtures("forked_readers"),
+]
 
 ALONG_MM = 0.001  # of the stop
 SAG_MM = 0.0025  # chords of arcs

@@ -19,6 +19,8 @@ from support.resume_oracle import apart
 from support.resume_programs import ARCS, DRILL, FINISH, INCREMENTAL, SUBS
 from support.resume_stop import CHIPWISE, Stop
 
+pytestmark = pytest.mark.usefixtures("forked_readers")
+
 ARC = """\
 G21 G90 G17 G40 G49 G54 G80 G94
 M250 P0 Q0 R-20 I80 J60 K20

@@ -9,7 +9,7 @@ from chipwise.rewrite import depth_proof, read_back, sections
 from chipwise.rewrite import run
 from chipwise.rewrite.program import read
 from chipwise.tool_data.geometry import load_tools
-from support.rewrite_rig import HEAD, deep_program, judged, make_machine, rewrite, verdict
+from support.rewrite_rig import HEAD, deep_program, judged, rewrite, verdict
 
 POKE = (
     HEAD + "M250 P0 Q0 R-40 I100 J60 K40\nT1 M6\nS8000 M3\nG0 X40.3 Y-10 Z5\nG0 Z-30\nG1 Y-2.97 F400\nY-10\nG0 Z5\nM2\n"
@@ -17,11 +17,6 @@ POKE = (
 POKE_LINE = 7  # 0.03 mm into the stock's side, 0.85 mm wide, 30 mm deep, with 12 mm of flutes
 CELL = 0.25
 FINE = 0.05  # mm from needle to needle of the verdict
-
-
-@pytest.fixture(name="machine", scope="module")
-def make_ini(tmp_path_factory):
-    return make_machine(tmp_path_factory.mktemp("machine") / "mill")
 
 
 def test_a_contact_between_needles_is_seen_and_shifted(tmp_path, machine):

@@ -17,15 +17,10 @@ from chipwise.rewrite.unroll import Unroller
 from support.calls_oracle import acts, difference
 from support.calls_random import Maker
 from support.random_cases import random_count, random_seed, write_replay
-from support.rewrite_rig import HEAD, check_status, make_machine, rewrite, verdict
+from support.rewrite_rig import HEAD, check_status, rewrite, verdict
 
 STOCK = "M250 P0 Q0 R-40 I100 J60 K40\n"
 TOOL = "T1 M6\nS8000 M3\n"
-
-
-@pytest.fixture(name="machine", scope="module")
-def make_ini(tmp_path_factory):
-    return make_machine(tmp_path_factory.mktemp("machine") / "mill")
 
 
 def without_blocks(path, ini, share=1.0, seed=0):

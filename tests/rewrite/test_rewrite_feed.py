@@ -17,11 +17,6 @@ STOCK = "M250 P0 Q0 R-40 I100 J60 K40\n"
 SLOT = HEAD + STOCK + "T3 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-2\nN50 G1 X110 F400 (the slot)\nG0 Z5\nM2\n"
 
 
-@pytest.fixture(name="machine", scope="module")
-def make_ini(tmp_path_factory):
-    return make_machine(tmp_path_factory.mktemp("machine") / "mill")
-
-
 def rewritten(tmp_path, machine, text, *options):
     """-> (Program before, Program after, text after)."""
     before, after = tmp_path / "a.ngc", tmp_path / "b.ngc"

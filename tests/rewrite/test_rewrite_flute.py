@@ -11,15 +11,10 @@ from chipwise.rewrite.program import read
 from chipwise.rewrite.read_back import Different, same_stock
 from chipwise.tool_data.geometry import load_tools
 from support.random_cases import random_count, random_seed
-from support.rewrite_rig import FLUTES, HEAD, check_status, deep_program, make_machine, rewrite, verdict
+from support.rewrite_rig import FLUTES, HEAD, check_status, deep_program, rewrite, verdict
 
 STOCK = "M250 P0 Q0 R-40 I100 J60 K40\n"
 WITHIN = 0.125  # mm, half a cell: what the height map's depth may be too low by on slopes and remains
-
-
-@pytest.fixture(name="machine", scope="module")
-def make_ini(tmp_path_factory):
-    return make_machine(tmp_path_factory.mktemp("machine") / "mill")
 
 
 def rewritten(tmp_path, machine, text, *options):

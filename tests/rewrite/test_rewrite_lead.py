@@ -6,18 +6,13 @@ import re
 
 import pytest
 
-from support.rewrite_rig import HEAD, check_status, make_machine, rewrite
+from support.rewrite_rig import HEAD, check_status, rewrite
 
 STOCK = "M250 P0 Q0 R-30 I100 J60 K40\n"  # its top is 10 mm above machine zero
 LEAD = (
     "T1 M6\nS8000 M3\nG0 X-10 Y30\nX110\nX-10 Y30 Z15\nG0 Z-2\nG1 X110 F400\nG0 Z15\nM2\n"  # 12 mm deep, D6, flutes 12
 )
 DEEP = LEAD.replace("Z-2\n", "Z-3\n")
-
-
-@pytest.fixture(name="machine", scope="module")
-def make_ini(tmp_path_factory):
-    return make_machine(tmp_path_factory.mktemp("machine") / "mill")
 
 
 def test_a_traverse_at_an_unknown_height_cuts_nothing(tmp_path, machine):

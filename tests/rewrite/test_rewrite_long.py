@@ -17,7 +17,7 @@ from chipwise.rewrite import flute, run
 from chipwise.rewrite.source import Lines
 from chipwise.tool_data.geometry import ToolGeometry
 from support.random_cases import random_seed
-from support.rewrite_rig import HEAD, deep_program, make_machine, verdict
+from support.rewrite_rig import HEAD, deep_program, verdict
 
 STAIRS = (
     HEAD
@@ -25,11 +25,6 @@ STAIRS = (
     "G1 X40\n"
     "Z-30\nX60\nY10\nG0 Z5\nM2\n"
 )
-
-
-@pytest.fixture(name="machine", scope="module")
-def make_ini(tmp_path_factory):
-    return make_machine(tmp_path_factory.mktemp("machine") / "mill")
 
 
 @pytest.mark.parametrize("most", (1, 2))

@@ -19,18 +19,13 @@ from chipwise.rewrite.program import read
 from support import clearance_oracle as oracle
 from support.depth_cases import geometry_of, program_of
 from support.random_cases import random_count, random_seed
-from support.rewrite_rig import FLUTES, HEAD, deep_program, make_machine, rewrite, verdict
+from support.rewrite_rig import FLUTES, HEAD, deep_program, rewrite, verdict
 
 TOOLS = {1: (6.0, 0.0), 2: (6.0, 3.0), 3: (10.0, 0.0), 4: (8.0, 1.0)}  # diameter, corner radius of rewrite_rig.TOOLS
 CLEARANCE = 0.2
 STOCK = "M250 P0 Q0 R-50 I80 J60 K50\n"
 BACK = HEAD + STOCK + "T1 M6\nF600\nG0 X-5 Y30\nG0 Z-36\nG1 X85\nG0 Z20\nM2\n"
 SLIVER = HEAD + STOCK + "T1 M6\nF600\nG0 X-6 Y-2.5\nG0 Z-32\nG1 X40\nG1 X60 Y20\nG1 X40 Y62.5\nG1 X-6\nG0 Z20\nM2\n"
-
-
-@pytest.fixture(name="machine", scope="module")
-def make_ini(tmp_path_factory):
-    return make_machine(tmp_path_factory.mktemp("machine") / "mill")
 
 
 def rewritten(folder, machine, text):

@@ -4,7 +4,7 @@ that it did not have."""
 
 import pytest
 
-from support.rewrite_rig import HEAD, check_status, make_machine, rewrite
+from support.rewrite_rig import HEAD, check_status, rewrite
 
 START = HEAD + "M250 P0 Q0 R-20 I100 J60 K20\nT1 M6\nS8000 M3\nF400\n"  # 5 lines; D6, flutes 12 mm; 14 mm are too deep
 CASES = {  # the lines that stay, the rest, what is said of the axes
@@ -22,11 +22,6 @@ CASES = {  # the lines that stay, the rest, what is said of the axes
         "X, Y and Z are named first in line 9",
     ),
 }
-
-
-@pytest.fixture(name="machine", scope="module")
-def make_ini(tmp_path_factory):
-    return make_machine(tmp_path_factory.mktemp("machine") / "mill")
 
 
 @pytest.mark.parametrize("kind", (["--flute"], ["--feed", "10"]))

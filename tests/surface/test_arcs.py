@@ -19,14 +19,14 @@ from support.random_cases import random_count, random_seed
 
 from chipwise.clib.chain_fit import fitted
 from chipwise.clib.height_map import Shape
-from chipwise.cycles.surface import SurfaceRequest, surface_plan
+from chipwise.cycles.surface import surface_plan
 from chipwise.gcode_lines import chunks, texts
 from chipwise.moves import Line, PlaneArc, Rapid
 from chipwise.clib import layout
 from chipwise.surface import curve, needed
 from chipwise.surface.model import Placing, read_model
 
-START = (-10.0, -10.0, 30.0)
+START = surface_cases.START
 GOUGE, ORACLE = 1e-3, 1e-3
 TOOLS = {"ball": Shape(6, 3), "bull": Shape(6, 1), "flat": Shape(6)}
 
@@ -43,20 +43,7 @@ def files(tmp_path_factory):
 
 
 def request(file, tool="ball", **fields):
-    known = dict(
-        file=file,
-        stamp=(),
-        placing=Placing(),
-        bottom=None,
-        clearance=None,
-        tool=TOOLS[tool],
-        step=2.0,
-        feed=600.0,
-        plunge_feed=200.0,
-        start=START,
-        stock_is_model=True,
-    )
-    return SurfaceRequest(**{**known, **fields})
+    return surface_cases.request(file, **{"tool": TOOLS[tool], **fields})
 
 
 def kinds(plan):

@@ -10,10 +10,9 @@ import pytest
 from support import drop_oracle, surface_cases, surface_judge
 
 from chipwise.clib.height_map import Shape
-from chipwise.cycles.surface import SurfaceRequest, surface_plan
+from chipwise.cycles.surface import surface_plan
 from chipwise.errors import CycleError
 from chipwise.surface import scallop
-from chipwise.surface.model import Placing
 
 START, ASKED = (-40.0, -40.0, 40.0), 0.05  # mm
 FACETS = 0.004  # mm: a sphere's and a torus' triangles are that much inside of it
@@ -44,21 +43,8 @@ STAMPS = itertools.count()
 
 def plan_of(tmp_path, triangles, shape, **fields):
     file = surface_cases.write_stl(tmp_path / "model.stl", triangles)
-    known = dict(
-        file=file,
-        stamp=(next(STAMPS),),
-        placing=Placing(),
-        bottom=None,
-        clearance=None,
-        tool=shape,
-        step=3.0,
-        feed=600.0,
-        plunge_feed=200.0,
-        start=START,
-        stock_is_model=True,
-        scallop=ASKED,
-    )
-    return surface_plan(SurfaceRequest(**{**known, **fields}))
+    known = dict(tool=shape, stamp=(next(STAMPS),), step=3.0, start=START, scallop=ASKED)
+    return surface_plan(surface_cases.request(file, **{**known, **fields}))
 
 
 def stock_at(plan, shape, xy):

@@ -59,12 +59,11 @@ def heights(points, places, low, high, error=0.0, size=0.0):
     own = np.zeros(len(points))
     np.maximum.at(own, pairs[:, 0], slopes)
     np.maximum.at(own, pairs[:, 1], slopes)
+    touched = _Touched(points, own, grid, spacing, error)
     top, doubt, probed = (np.empty(len(places)) for _ in range(3))
     for first in range(0, len(places), CHUNK):
         part = slice(first, min(first + CHUNK, len(places)))
-        top[part], doubt[part], probed[part] = _at(
-            np.asarray(places[part], float), points, own, grid, spacing, (low, high), error, size
-        )
+        top[part], doubt[part], probed[part] = touched.at(np.asarray(places[part], float), low, high, size)
     return Blank(top, doubt, probed.astype(bool), spacing, float(slopes.max(initial=0.0)))
 
 
@@ -149,27 +148,36 @@ def _pairs(points, grid, far, error):
     return (np.abs(points[first, 2] - points[second, 2]) + 2.0 * error) / along, np.column_stack((first, second))
 
 
-def _at(places, points, own, grid, spacing, box, error, size):
-    """(top, doubt, probed) of some places."""
-    near, distance = grid.near(places)
-    low, high = box
-    if not near.shape[1]:
-        return np.full(len(places), high), np.full(len(places), high - low), np.zeros(len(places))
-    there, z = near >= 0, points[near, 2]
-    found = np.where(there, own[near], 0.0).max(axis=1)
-    slope = SURER * found
-    half = size * math.sqrt(0.5)
-    reached = slope[:, None] * (distance + half)
-    top = np.where(there, z + reached, np.inf).min(axis=1)
-    least = np.where(there, z - error - reached, -np.inf).max(axis=1)
-    beside = there & (distance <= PAIR * spacing + half)
-    stepped = found > STEPPED
-    top = np.where(stepped, np.where(beside, z, -np.inf).max(axis=1), top)
-    least = np.where(stepped, np.where(beside, z, np.inf).min(axis=1) - error, least)
-    probed = _surrounded(points[near, :2] - places[:, None, :], there, distance, half)
-    top = np.where(probed, np.minimum(top, high), high)
-    least = np.where(probed, np.maximum(least, low), low)
-    return top, np.maximum(top - least, 0.0), probed
+@dataclass(frozen=True, eq=False)
+class _Touched:
+    """points (m, 3) and the Grid of them; steepest (m,): slope at each; spacing of the points, error of the probe."""
+
+    points: np.ndarray
+    steepest: np.ndarray
+    grid: Grid
+    spacing: float
+    error: float
+
+    def at(self, places, low, high, size):
+        """(top, doubt, probed) of some places.  low, high, size: as in heights()."""
+        near, distance = self.grid.near(places)
+        if not near.shape[1]:
+            return np.full(len(places), high), np.full(len(places), high - low), np.zeros(len(places))
+        there, z = near >= 0, self.points[near, 2]
+        found = np.where(there, self.steepest[near], 0.0).max(axis=1)
+        slope = SURER * found
+        half = size * math.sqrt(0.5)
+        reached = slope[:, None] * (distance + half)
+        top = np.where(there, z + reached, np.inf).min(axis=1)
+        least = np.where(there, z - self.error - reached, -np.inf).max(axis=1)
+        beside = there & (distance <= PAIR * self.spacing + half)
+        stepped = found > STEPPED
+        top = np.where(stepped, np.where(beside, z, -np.inf).max(axis=1), top)
+        least = np.where(stepped, np.where(beside, z, np.inf).min(axis=1) - self.error, least)
+        probed = _surrounded(self.points[near, :2] - places[:, None, :], there, distance, half)
+        top = np.where(probed, np.minimum(top, high), high)
+        least = np.where(probed, np.maximum(least, low), low)
+        return top, np.maximum(top - least, 0.0), probed
 
 
 def _surrounded(towards, there, distance, half):

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Sequence
 
 import numpy as np
 
@@ -52,15 +53,27 @@ class Probed:
         return None if self.above_share <= BELOW else self.spacing * BELOW / self.above_share
 
 
-def made(
-    points: np.ndarray, box: tuple, place: Place, cell: float, error: float, allowance: float, is_round: bool = False
-) -> Probed:
-    """points (n, 3) and box (low, high), work coordinates; place: of their zero in the machine; error: the probe's;
-    is_round: whether the blank is the cylinder along Z in the box.  Raises CycleError."""
-    low, high = (np.asarray(corner, float) for corner in box)
-    low, high = low - [allowance, allowance, 0.0], high + allowance
+@dataclass(frozen=True)
+class Typed:
+    """The blank that was typed: its corners, work coordinates; the allowance on all sides but the bottom; whether it is
+    the cylinder along Z in that box."""
+
+    low: Sequence[float]
+    high: Sequence[float]
+    allowance: float = 0.0
+    is_round: bool = False
+
+    def box(self) -> tuple[np.ndarray, np.ndarray]:
+        """(low, high) with the allowance."""
+        low, high, more = np.asarray(self.low, float), np.asarray(self.high, float), self.allowance
+        return low - [more, more, 0.0], high + more
+
+
+def made(points: np.ndarray, typed: Typed, place: Place, cell: float, error: float) -> Probed:
+    """points (n, 3), work coordinates; place: of their zero in the machine; error: the probe's.  Raises CycleError."""
+    low, high = typed.box()
     _check(points, low, high, error)
-    sizes = high - low
+    sizes, is_round = high - low, typed.is_round
     if is_round and abs(sizes[0] - sizes[1]) > ROUND_MM:
         raise CycleError(
             f"a round blank is as long in X as in Y, and this one has {sizes[0]:g} x {sizes[1]:g} mm",

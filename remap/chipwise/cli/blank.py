@@ -122,9 +122,8 @@ def made(options, settings):
     place = place_of(options, touched)
     allowance = options.allowance if options.allowance is not None else settings["ALLOWANCE"] if settings else 0.0
     cell = options.cell or (settings["CELL"] if settings else 0.25)
-    return stock.made(
-        touched.points, (options.stock[:3], options.stock[3:]), place, cell, options.error, allowance, options.round
-    )
+    typed = stock.Typed(options.stock[:3], options.stock[3:], allowance, options.round)
+    return stock.made(touched.points, typed, place, cell, options.error)
 
 
 def place_of(options, touched):

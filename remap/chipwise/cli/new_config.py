@@ -10,6 +10,7 @@ Exit status: 0 the folder is made, 1 it could not be written, 2 it cannot be use
 
 import filecmp
 import os
+import shlex
 import subprocess
 
 from chipwise import ROOT
@@ -37,7 +38,7 @@ def run(options):
     files = sample_files(ROOT, ROOT, in_library())
     write(folder, files)
     print(f"{folder}: {sum(name.endswith('.ini') for name in files)} machines; start one with")
-    print(f"  linuxcnc {os.path.join(folder, 'mill.ini')}")
+    print(f"  linuxcnc {shlex.quote(os.path.join(folder, 'mill.ini'))}")
     return 0
 
 

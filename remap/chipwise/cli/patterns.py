@@ -118,9 +118,10 @@ def files_of(folders):
 
 def entries_of(options, paths, unit_mm):
     """([Entry], [Skipped]) of files."""
-    tool, parameters = contour.tool_diameter(options.tool, unit_mm), contour.parameters(options.set)
+    tool = contour.tool_diameter(options.tool, unit_mm)
+    caller = library.Caller(options.ini, unit_mm, tool, *contour.parameters(options.set))
     os.chdir(os.path.dirname(options.ini))  # as LinuxCNC: its relative paths count from there
-    found = [library.read_entry(path, options.ini, unit_mm, tool, parameters) for path in paths]
+    found = [library.read_entry(path, caller) for path in paths]
     return (
         [entry for entry in found if isinstance(entry, library.Entry)],
         [entry for entry in found if isinstance(entry, library.Skipped)],

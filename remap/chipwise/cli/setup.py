@@ -77,7 +77,7 @@ def run(options):
     from chipwise.check.run import lines_of
     from chipwise.setup.confirmed import names
     from chipwise.setup.job import MAX_TEXT, path_of
-    from chipwise.setup.measure import measure
+    from chipwise.setup.measure import Wanted, measure
 
     if options.material and not (options.material.isprintable() and len(options.material) <= MAX_TEXT):
         refuse(f"--material is not a text of at most {MAX_TEXT} characters")
@@ -98,9 +98,7 @@ def run(options):
         options.program,
         machine,
         names(options.program, machine),
-        material=options.material,
-        set_up=options.clamps[0],
-        clamps=options.clamps[1],
+        wanted=Wanted(options.material, *options.clamps),
         progress=lambda line: progress(line / lines),
         **arguments,
     )

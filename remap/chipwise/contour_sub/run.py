@@ -18,7 +18,7 @@ from chipwise.contour_sub.check import check_text
 from chipwise.program.find_sub import Found, plain_text, read_file, sub_folders
 from chipwise.contour_sub.job import Job
 from chipwise.program.program_code import PYTHON_REMEDY, RUNS_PYTHON
-from chipwise.program.sub_process import call_of, decimal, run_sub
+from chipwise.program.sub_process import Runner, call_of, decimal, run_sub
 
 RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "runner.py")
 
@@ -68,7 +68,7 @@ def run(found: Found, job: Job) -> list:
     """Moves of a found sub, as runner.py prints them."""
     check_text(found, job.lathe)
     order = {"mark": _MARK, "max_moves": MAX_MOVES, "cpu_s": _cpu_limit(found), "lathe": job.lathe}
-    result = run_sub(found, job, RUNNER, _program(found, job), _ini_text(job.ini), order)
+    result = run_sub(found, job, Runner(RUNNER, order), _program(found, job), _ini_text(job.ini))
     last = result["moves"][-1][1] if result["moves"] else None
     for line, text in [end for end in (result["stop"], result["error"]) if end]:
         missing = re.search(r"EOF in file.*seeking o-word: o?<?(\w+)", text)

@@ -15,6 +15,7 @@
 """
 
 import os
+from dataclasses import dataclass
 
 from chipwise.check.findings import FLUTE, FLUTES_UNKNOWN, OF_STOCK, RATE, TOOL, grouped, grouped_notes
 from chipwise.program import program_code
@@ -25,7 +26,7 @@ from chipwise.errors import CycleError, unnamed, with_line
 from chipwise.filter import verdict as verdicts
 from chipwise.host.temp_folder import FolderError, put
 from chipwise.rates import MM3_PER_CM3
-from chipwise.settings import load_settings
+from chipwise.settings import Settings, load_settings
 
 MAX_LISTED = 20  # findings in the log
 MAX_NAMED = 5  # tools in a message
@@ -74,11 +75,10 @@ def judged(program, ini, limits, folder, loops, progress):
         )
     for text in grouped_notes(result.notes):
         verdict.note(verdicts.for_screen(text))
-    mended = (
-        _rewrite(program, machine, settings, result, folder, limits, lambda share: progress(0.4 + 0.6 * share), verdict)
-        if rewrite
-        else None
-    )
+    mended = None
+    if rewrite:
+        rewriting = _Rewriting(machine, settings, limits, folder)
+        mended = rewriting.run(result, lambda share: progress(0.4 + 0.6 * share), verdict)
     return _with_findings(result, mended, refuse, verdict)
 
 
@@ -152,45 +152,54 @@ def _with_findings(result, mended, refuse, verdict):
 # ---- rewriting -------------------------------------------------------------------------------------------------
 
 
-def _rewrite(program, machine, settings, result, folder, limits, progress, verdict):
-    """Rewrite it as the settings say, with a note; -> the rule that the new program does not break any more, or
-    None."""
-    from chipwise.rewrite.read_back import Different
-    from chipwise.rewrite.run import rewritten
+@dataclass(frozen=True)
+class _Rewriting:
+    """On a machine, as the settings say; limits: those of Reader; folder: for the new program."""
 
-    flute = settings["FILTER_REWRITE"] == "flute"
-    if flute and not any(finding.rule == FLUTE for finding in result.findings.kept) and not result.findings.dropped:
+    machine: Machine
+    settings: Settings
+    limits: dict
+    folder: str
+
+    def run(self, result, progress, verdict):
+        """Rewrite the program of a result, with a note; -> the rule that the new one does not break any more, or
+        None."""
+        from chipwise.rewrite.read_back import Different
+        from chipwise.rewrite.run import rewritten
+
+        flute = self.settings["FILTER_REWRITE"] == "flute"
+        if flute and not any(finding.rule == FLUTE for finding in result.findings.kept) and not result.findings.dropped:
+            return None
+        try:
+            data, said = rewritten(result.program, self._order(flute), progress, self.machine, **self.limits)
+            with open(result.program, "rb") as file:
+                if file.read() == data:
+                    return FLUTE if flute else RATE
+            path = put(self.folder, "rewritten.ngc", data)
+        except Unreadable as error:
+            verdict.note(f"it is not rewritten: {verdicts.for_screen(with_line(str(error), error.line))}", True)
+        except Different as error:
+            verdict.note(f"it is not rewritten: {error}; please report it with the program", True)
+        except MemoryError:
+            verdict.note("it is not rewritten: it needs more memory than there is; raise [CHIPWISE]PLAN_MEMORY", True)
+        except FolderError as error:
+            verdict.note(f"it is not rewritten: {unnamed(error)}", True)
+        except OSError as error:
+            verdict.note(f"it is not rewritten: {error.strerror}", True)
+        else:
+            verdict.path = path
+            verdict.note(f"it is rewritten: {verdicts.for_screen(said)}")
+            return FLUTE if flute else RATE
         return None
-    try:
-        data, said = rewritten(program, _order(settings, machine, flute), progress, machine, **limits)
-        with open(program, "rb") as file:
-            if file.read() == data:
-                return FLUTE if flute else RATE
-        path = put(folder, "rewritten.ngc", data)
-    except Unreadable as error:
-        verdict.note(f"it is not rewritten: {verdicts.for_screen(with_line(str(error), error.line))}", True)
-    except Different as error:
-        verdict.note(f"it is not rewritten: {error}; please report it with the program", True)
-    except MemoryError:
-        verdict.note("it is not rewritten: it needs more memory than there is; raise [CHIPWISE]PLAN_MEMORY", True)
-    except FolderError as error:
-        verdict.note(f"it is not rewritten: {unnamed(error)}", True)
-    except OSError as error:
-        verdict.note(f"it is not rewritten: {error.strerror}", True)
-    else:
-        verdict.path = path
-        verdict.note(f"it is rewritten: {verdicts.for_screen(said)}")
-        return FLUTE if flute else RATE
-    return None
 
+    def _order(self, flute):
+        from chipwise.rewrite import feed
+        from chipwise.rewrite.run import Order
 
-def _order(settings, machine, flute):
-    from chipwise.rewrite import feed
-    from chipwise.rewrite.run import Order
-
-    if flute:
-        return Order(tool=machine.tool or None)
-    if not settings["FILTER_RATE"]:
-        raise Unreadable("[CHIPWISE]FILTER_RATE is 0", "give a removal rate in cm3/min")
-    rates = feed.Rates(settings["FILTER_RATE"] * MM3_PER_CM3, ceiling=settings["FILTER_CEILING"] or None)
-    return Order(rates, tool=machine.tool or None)
+        tool = self.machine.tool or None
+        if flute:
+            return Order(tool=tool)
+        if not self.settings["FILTER_RATE"]:
+            raise Unreadable("[CHIPWISE]FILTER_RATE is 0", "give a removal rate in cm3/min")
+        rates = feed.Rates(self.settings["FILTER_RATE"] * MM3_PER_CM3, ceiling=self.settings["FILTER_CEILING"] or None)
+        return Order(rates, tool=tool)

@@ -10,7 +10,7 @@ the task gets its turns (task_share.py), so that Stop works.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Callable
+from typing import TYPE_CHECKING, Callable, NamedTuple
 
 import emccanon
 from interpreter import INTERP_ERROR, INTERP_EXECUTE_FINISH, INTERP_OK
@@ -87,24 +87,27 @@ def carry_out(state: State, turn: TaskShare, outcome: Outcome) -> Steps:
         turn.count(chunk)
 
 
-def run_cycle(
-    interp: Interp,
-    code: str,
-    kwargs: Words,
-    order_of: Callable[[State], Order],
-    check: Callable[[State], None] = State.check_modes,
-    do: Callable[[State, TaskShare, Outcome], Steps] = carry_out,
-    rests: Callable[[State], bool] | None = None,
-) -> Steps:
+class Cycle(NamedTuple):
+    """What a code has of its own.
+
+    order_of  function of a State, giving an Order
+    check     function of a State that refuses modes
+    do        generator function that executes the Outcome
+    rests     function of a State that says whether the machine has to be at rest before the order; None: never
+    """
+
+    order_of: Callable[[State], Order]
+    check: Callable[[State], None] = State.check_modes
+    do: Callable[[State, TaskShare, Outcome], Steps] = carry_out
+    rests: Callable[[State], bool] | None = None
+
+
+def run_cycle(interp: Interp, code: str, kwargs: Words, cycle: Cycle) -> Steps:
     """Run one cycle: a generator, as LinuxCNC wants it of a code that may have to wait.
 
     interp    the interpreter (`self` of a remap)
     code      "G12"
     kwargs    the words LinuxCNC passed, n the line number
-    order_of  function of a State, giving an Order
-    check     function of a State that refuses modes
-    do        generator function that executes the Outcome
-    rests     function of a State that says whether the machine has to be at rest before the order; None: never
     Yields INTERP_EXECUTE_FINISH for each wait (task_share.py) and in the end INTERP_OK or, with the message set,
     INTERP_ERROR:  never an exception, never a traceback.
     """
@@ -116,10 +119,10 @@ def run_cycle(
             yield INTERP_OK
             return
         state = State(interp, code, kwargs)
-        check(state)
-        if rests and rests(state):
+        cycle.check(state)
+        if cycle.rests and cycle.rests(state):
             yield from turn.wait()
-        plan = client.ask(order_of(state), turn.budget(state.settings["PLAN_TIME"]))
+        plan = client.ask(cycle.order_of(state), turn.budget(state.settings["PLAN_TIME"]))
         while not plan.ready(turn.patience()):
             yield from turn.wait()
         outcome = plan.outcome()
@@ -130,7 +133,7 @@ def run_cycle(
             report.record(kind, **figures)
         if outcome.targets:
             preview.target(state.line_number, outcome.targets)
-        yield from do(state, turn, outcome)
+        yield from cycle.do(state, turn, outcome)
         yield done(interp)
     except GeneratorExit:
         raise

@@ -18,7 +18,7 @@ import math
 import numpy as np
 
 from chipwise.clib import layout
-from chipwise.clib.core import Stock
+from chipwise.clib.core import CellSides, Stock
 
 LEVEL_MM = 1e-3  # heights that are the same; a map has single precision
 SLIVER = 1e-3  # of a cell that is within the box: none of it
@@ -59,7 +59,7 @@ def join(head, cells, box, turn, room):
             stock = Stock((*low, box[0][2]), box[1], head.cell, capacity)
             _keep(stock, head, cells)
             return stock
-    stock = Stock(box[0], box[1], coarsest, capacity, 0, turn, finest)
+    stock = Stock(box[0], box[1], CellSides(coarsest, finest), capacity, turn=turn)
     _spread(stock, head, cells)
     return stock
 

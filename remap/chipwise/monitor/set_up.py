@@ -33,7 +33,7 @@ from chipwise.monitor.tool_shape import tool_shape
 from chipwise.rates import MAX_RATE
 from chipwise.setup.job import path_of
 from chipwise.stock import reasons
-from chipwise.clib.core import CoreError, Stock
+from chipwise.clib.core import CellSides, CoreError, Stock
 from chipwise.clib.layout import RunEnd
 from chipwise.program.program_file import opened_name
 from chipwise.stock.store import head_of
@@ -279,7 +279,7 @@ class SetUp:
         low, high, turn = to_machine(self.answer)
         finest, coarsest = self.files.stock.bounds
         try:
-            stock = Stock(low, high, coarsest, self.files.stock.capacity, 0, turn, finest)
+            stock = Stock(low, high, CellSides(coarsest, finest), self.files.stock.capacity, turn=turn)
         except CoreError as error:
             self.answer, self.claims = {}, False
             self._withdraw()

@@ -29,7 +29,7 @@ from chipwise.monitor.saying import Saying
 from chipwise.monitor.set_up_time import SetUpTime
 from chipwise.monitor.tool_shape import Tool
 from chipwise.stock import reasons
-from chipwise.clib.core import CoreError, Stock
+from chipwise.clib.core import CellSides, CoreError, Stock
 from chipwise.program.program_file import is_splash, opened_name
 from chipwise.stock.store import head_of
 
@@ -210,7 +210,7 @@ class Shadow:
             larger = around(before[1:], box, turn)
             with contextlib.suppress(CoreError):  # too far apart: the new one alone
                 return join(head, cells, larger, turn, room), head.removed, larger
-        return Stock(low, high, coarsest, room[2], 0, turn, finest), 0.0, box
+        return Stock(low, high, CellSides(coarsest, finest), room[2], turn=turn), 0.0, box
 
     def _tell_on(self, name, how):
         """That the loaded program goes on in the stock of the one before."""

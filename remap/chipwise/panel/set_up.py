@@ -29,7 +29,7 @@ from chipwise.panel import Json
 from chipwise.settings import load_settings
 from chipwise.setup import confirmed
 from chipwise.setup import job as jobs
-from chipwise.setup.measure import Measured
+from chipwise.setup.measure import Measured, Wanted
 from chipwise.setup.measure import measure as measured
 from chipwise.tool_data.materials import find_material
 
@@ -70,9 +70,7 @@ def measure(order: Json, machine: "Mdi") -> Json:
                 loaded,
                 confirmed.names(program, loaded),
                 stock=stock,
-                material=order["material"],
-                set_up=clamps[0],
-                clamps=clamps[1],
+                wanted=Wanted(order["material"], *clamps),
                 cpu_s=CPU_S,
             )
         except Unreadable as error:

@@ -82,8 +82,37 @@ def files_of(folder):
     return [os.path.join(folder, name) for name in sorted(names, key=lambda name: (_number(name) or 0, name))]
 
 
-def read_entry(path, ini, unit_mm, tool_mm, parameters=((), ())):
-    """Entry or Skipped of a file.  unit_mm: of a machine unit; parameters: (numbered, named) of the Job."""
+@dataclass(frozen=True)
+class Caller:
+    """From where a pattern is run to be read.  unit_mm: of a machine unit; tool_mm: its diameter; numbered, named:
+    parameters of the Job."""
+
+    ini: str
+    unit_mm: float
+    tool_mm: float
+    numbered: tuple = ()
+    named: tuple = ()
+
+    def job(self, path, number, text):
+        """The sub of a file as G75 would run it from Z10 above its origin."""
+        return PatternJob(
+            Job(
+                program=path,
+                sub=number,
+                ini=self.ini,
+                unit=find_sub.program_unit(text, self.unit_mm),
+                machine_unit=self.unit_mm,
+                position=(0.0, 0.0, START_Z),
+                tool=(1, self.tool_mm / self.unit_mm),
+                numbered=self.numbered,
+                named=self.named,
+            ),
+            spindle=(3, 1000.0),
+        )
+
+
+def read_entry(path, caller):
+    """Entry or Skipped of a file, run from a Caller."""
     number = _number(os.path.basename(path))
     if number is None:
         return Skipped(path, "its name is not a number as in 100.ngc; G75 Q cannot call it")
@@ -92,7 +121,7 @@ def read_entry(path, ini, unit_mm, tool_mm, parameters=((), ())):
         said = first_comment(text)
         if not said:
             return Skipped(path, "it has no comment; begin it with (name: description)")
-        job = _job(path, number, ini, unit_mm, tool_mm, text, parameters)
+        job = caller.job(path, number, text)
         check(job.sub, OWN)
         recorded = read_pattern(job)
     except CycleError as error:
@@ -130,22 +159,3 @@ def _number(name):
     """100 of "100.ngc", None of another name."""
     match = re.fullmatch(r"([1-9]\d{0,8})\.ngc", name)
     return int(match[1]) if match else None
-
-
-def _job(path, number, ini, unit_mm, tool_mm, text, parameters):
-    """The sub as G75 would run it from Z10 above its origin."""
-    numbered, named = parameters
-    return PatternJob(
-        Job(
-            program=path,
-            sub=number,
-            ini=ini,
-            unit=find_sub.program_unit(text, unit_mm),
-            machine_unit=unit_mm,
-            position=(0.0, 0.0, START_Z),
-            tool=(1, tool_mm / unit_mm),
-            numbered=numbered,
-            named=named,
-        ),
-        spindle=(3, 1000.0),
-    )

@@ -23,7 +23,7 @@ from chipwise.moves import CALLERS_PATH
 from chipwise.pattern.check import check_text, refuse_odd
 from chipwise.pattern.job import DEPTH
 from chipwise.pattern.recorded import ARC, AXIS_OF_PLANE, SAME_DEGREES, THREAD, Code, Recorded, Step
-from chipwise.program.sub_process import call_of, decimal, run_sub
+from chipwise.program.sub_process import Runner, call_of, decimal, run_sub
 
 RUNNER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "runner.py")
 CPU_S = 5.0  # computing time of LinuxCNC's interpreter for one run of the sub; cycles in it have their own budget
@@ -206,9 +206,7 @@ def _run(found, job):
     return run_sub(
         found,
         sub,
-        RUNNER,
+        Runner(RUNNER, order, environment),
         _program(found, job),
         _OWN_F.sub("", rs274.usable_elsewhere(text, ini_folder)),
-        order,
-        environment,
     )

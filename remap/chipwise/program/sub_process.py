@@ -10,6 +10,7 @@ import os
 import signal
 import subprocess
 import time
+from typing import NamedTuple
 
 from chipwise.program import program_code
 from chipwise.host.clock import patience
@@ -83,11 +84,18 @@ def own_code(found, job, ini):
     return None if allowed else program_code.of_machine(ini.splitlines(), places, programs)
 
 
-def run_sub(found, job, runner, program, ini, order, environment=()) -> dict:
-    """What a runner prints about a Found sub.  program: lines; ini: text; order: what this runner gets beside the
-    common part.  Raises CycleError for a sub that does not end, that stops, or that the runner itself has found
-    wrong."""
-    order = {**order, "own_code": own_code(found, job, ini)}
+class Runner(NamedTuple):
+    """The program that runs a sub.  path: of it; order: what it gets beside the common part; environment: variables."""
+
+    path: str
+    order: dict
+    environment: dict = {}
+
+
+def run_sub(found, job, runner, program, ini) -> dict:
+    """What a Runner prints about a Found sub.  program: lines; ini: text.  Raises CycleError for a sub that does not
+    end, that stops, or that the runner itself has found wrong."""
+    order = {**runner.order, "own_code": own_code(found, job, ini)}
     with OwnFolder("sub") as folder:
         name = os.path.basename(found.path)
         with writing():
@@ -108,12 +116,12 @@ def run_sub(found, job, runner, program, ini, order, environment=()) -> dict:
             "end": END,
         }
         process = subprocess.Popen(
-            [PYTHON, "-s", runner, str(os.getpid())],
+            [PYTHON, "-s", runner.path, str(os.getpid())],
             text=True,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
-            env={**os.environ, "HOME": folder, "INI_FILE_NAME": paths[1], "LC_ALL": "C", **dict(environment)},
+            env={**os.environ, "HOME": folder, "INI_FILE_NAME": paths[1], "LC_ALL": "C", **runner.environment},
         )
         answer = answer_of(process, json.dumps({**common, **order}))
         check_room(folder, process.returncode)

@@ -275,9 +275,7 @@ class Job:
         """Bytes of the new program, compared.  first: its lines before the rest; cycles: as in text.rest().  Raises
         Unreadable, Different."""
         try:
-            rest = text.rest(
-                found.followed.program, found.line, found.step, found.moves, found.approach.place, now.motion, cycles
-            )
+            rest = text.rest(found, now.motion, cycles)
         except Unreadable as error:
             error.args = (f"the rest of the line cannot be written: {error}",)
             raise

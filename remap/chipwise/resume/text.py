@@ -67,10 +67,12 @@ def own_motion(text):
     )
 
 
-def rest(program, line, step, moves, at, modal, cycles=False):
-    """Bytes of the lines from `line` on, in which the moves replace a step and the steps of its line before; None: the
-    line as it is.  modal: motion mode before it; cycles: whether cycles are written out as well, because they plan by
-    what is done.  Lines with cutter compensation keep their text, because they have several moves at corners."""
+def rest(found, modal, cycles=False):
+    """Bytes of the lines from that of a Found on, in which its moves replace its step and the steps of its line before;
+    without moves the line as it is.  modal: motion mode before it; cycles: whether cycles are written out as well,
+    because they plan by what is done.  Lines with cutter compensation keep their text, because they have several moves
+    at corners."""
+    program, line, step, moves = found.followed.program, found.line, found.step, found.moves
     edits = Edits()
     own = steps_of(program, line)
     if (
@@ -95,7 +97,7 @@ def rest(program, line, step, moves, at, modal, cycles=False):
                 and program.modes[number - 1].cutter_side == 40
             ):
                 edits.instead[first] = [original(program, first)]
-    return Rest(program, edits, at).text_from(line)
+    return Rest(program, edits, found.approach.place).text_from(line)
 
 
 def subs_before(program, line):

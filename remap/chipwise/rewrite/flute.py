@@ -294,10 +294,8 @@ class Shifter:
         trials = Trials(
             self.program,
             body,
-            ground.stock,
-            ground.tool,
+            ground,
             lambda path: self._lead_in(body, path),
-            ground.proof,
             ground.tool.flutes - self.order.reserve,
             self.more,
         )

@@ -7,7 +7,7 @@ Called by text.py, which writes the others one by one.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Iterator
+from typing import TYPE_CHECKING, Iterator, NamedTuple
 
 import numpy as np
 
@@ -23,6 +23,14 @@ if TYPE_CHECKING:
 Place = tuple[float, ...]  # X Y Z
 
 BATCH = 4096  # steps whose moves are made lists at once
+
+
+class Moves(NamedTuple):
+    """Straight ones: of each its kind, its end in work coordinates, and its feed."""
+
+    kinds: list[int]
+    places: list[Place]
+    feeds: list[float]
 
 
 class StraightLines:
@@ -73,34 +81,20 @@ class StraightLines:
         own = slice(int(self._first[row]) - self._at, int(self._first[row + 1]) - self._at)
         if own.stop == own.start:
             return "", None, feed
-        text, feed, _ = lines_of(
-            Numbers(self.program.modes_on(step).units),
-            self._kind[own],
-            self._places[own],
-            self._feed[own],
-            feed,
-            None,
-            end,
-        )
+        moves = Moves(self._kind[own], self._places[own], self._feed[own])
+        text, feed, _ = lines_of(Numbers(self.program.modes_on(step).units), moves, feed, None, end)
         return text, (self._kind[own.stop - 1], self._table.end[self._at + own.stop - 1]), feed
 
 
 def lines_of(
-    numbers: Numbers,
-    kinds: list[int],
-    places: list[Place],
-    feeds: list[float],
-    feed: float | None,
-    had: tuple[Place, list[str]] | None,
-    end: str,
+    numbers: Numbers, moves: Moves, feed: float | None, had: tuple[Place, list[str]] | None, end: str
 ) -> tuple[str, float | None, tuple[Place, list[str]] | None]:
     """(text, F in force then, the last place and its words) of straight moves.
 
-    kinds, places in work coordinates, feeds: of each; feed: in force, None: it has to be said; had: as the third
-    result, None: all words are written.
+    feed: in force, None: it has to be said; had: as the third result, None: all words are written.
     """
     lines = []
-    for kind, place, own in zip(kinds, places, feeds):
+    for kind, place, own in zip(*moves):
         if had is None:
             text = [numbers.length(v) for v in place]
         else:
@@ -122,15 +116,8 @@ def long_lines(
     had = None
     for first in range(0, len(table), BATCH):
         part = slice(first, first + BATCH)
-        text, feed, had = lines_of(
-            numbers,
-            table.kind[part].tolist(),
-            _in_work(frame, table.end[part]),
-            table.feed[part].tolist(),
-            feed,
-            had,
-            end,
-        )
+        moves = Moves(table.kind[part].tolist(), _in_work(frame, table.end[part]), table.feed[part].tolist())
+        text, feed, had = lines_of(numbers, moves, feed, had, end)
         yield text, feed
 
 

@@ -23,9 +23,8 @@ from chipwise.rewrite.trial_proof import ALLOWED_MM
 
 if TYPE_CHECKING:
     from chipwise.clib.arrays import Bools, Floats, Ints
-    from chipwise.clib.height_map import HeightMap
+    from chipwise.rewrite.flute import Ground
     from chipwise.rewrite.program import Program
-    from chipwise.rewrite.trial_proof import Sought
 
 LEFT_MM = 0.002  # smaller shifts are ignored
 MOST_ROUNDS = 400  # of trials of one path; each raises some point
@@ -37,27 +36,26 @@ GOUGE_MM3 = 1e-3  # what a bridge may take of the part
 
 
 class Trials:
-    """Of one path: an along.Body in the stock as it is.  lead_in: cuts the moves that lead to a path (n, 3); sought: a
-    Sought of what comes before; limit: mm, depth up to which the flutes are used; more: mm by which what is deeper is
-    raised higher than that."""
+    """Of one path: a path_moves.Body in the stock of a flute.Ground as it is.  lead_in: cuts the moves that lead to a
+    path (n, 3); limit: mm, depth up to which the flutes are used; more: mm by which what is deeper is raised higher
+    than that."""
 
     def __init__(
         self,
         program: Program,
         body: path_moves.Body,
-        stock: HeightMap,
-        tool: sections.Tool,
+        ground: Ground,
         lead_in: Callable[[Floats], None],
-        sought: Sought,
         limit: float,
         more: float,
     ) -> None:
-        self.program, self.body, self.stock, self.tool, self.lead_in = program, body, stock, tool, lead_in
-        self.sought, self.limit, self.more = sought, limit, more
+        self.program, self.body, self.lead_in = program, body, lead_in
+        self.stock, self.tool, self.sought = ground.stock, ground.tool, ground.proof
+        self.limit, self.more = limit, more
         self.bridged = 0  # points of the path that was found
         self.proofs = 0
-        self.window = sections.Window(stock, body.points, tool.shape.diameter / 2)
-        self.recut = Recut(stock, tool.shape)
+        self.window = ground.window(body.points)
+        self.recut = Recut(self.stock, self.tool.shape)
         self.s = shift.along(body.points)
 
     def shifted(self, radius: float, target: sections.Window | None = None, depth: Floats | None = None) -> Floats:

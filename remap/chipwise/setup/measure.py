@@ -6,7 +6,7 @@ with another clock.  Besides the times at F it has those at the ceiling, which i
 (moves down keep their F), and those with feeds above the stock as fast as the axes.  mm, s, mm3/min.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Optional
 
 import numpy as np
@@ -273,11 +273,23 @@ def _source(result, stock, first_stock):
     return PROGRAM
 
 
-def measure(program, machine, names, stock=None, material="", set_up=0, clamps=None, **arguments):
-    """What was measured in a program.  names: {tool number: name}; material, set_up, clamps: as in a Job; stock,
-    arguments: those of answer.check."""
+@dataclass(frozen=True)
+class Wanted:
+    """What is asked for beside the program; as in a Job."""
+
+    material: str = ""
+    set_up: int = 0
+    clamps: dict = field(default_factory=dict)
+
+    def job(self):
+        """A Job with nothing else."""
+        return Job("", "", (), (), "", self.material, {}, False, self.set_up, self.clamps)
+
+
+def measure(program, machine, names, stock=None, wanted=Wanted(), **arguments):
+    """What was measured in a program.  names: {tool number: name}; stock, arguments: those of answer.check."""
     made: list = []
-    wanted = Job("", "", (), (), "", material, {}, False, set_up, clamps or {})
+    job = wanted.job()
 
     def simulated(case, cell, needles):
         made[:] = [SetupSimulation(case, cell, needles)]
@@ -293,7 +305,7 @@ def measure(program, machine, names, stock=None, material="", set_up=0, clamps=N
         stock,
         assumes=True,
         simulated=simulated,
-        confirmed=lambda _program, _settings: wanted,
+        confirmed=lambda _program, _settings: job,
         **arguments,
     )
     if result.error:

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from chipwise.clib.chain_fit import fitted
+from chipwise.clib.drop_cutter import Probe
 from chipwise.errors import CycleError
 from chipwise.surface import curve
 
@@ -128,12 +129,13 @@ def chains(probe, tracks, shape, tolerance, progress=lambda share: None, arcs=Tr
     bounds = np.searchsorted(line, np.arange(len(tracks.length) + 1))
     samples = [(s[a:b], z[a:b]) for a, b in zip(bounds[:-1], bounds[1:])]
     found = [None] * len(samples)
+    fit = _Fit(probe, tracks, tolerance, samples, found)
     waiting = np.arange(len(samples))
     with_arcs = curve.may_have_arcs(tracks.direction) & arcs
     for turn in range(ROUNDS):
         for k in waiting:
             found[k] = _fitted(*samples[k], tolerance, with_arcs[k] and turn < ARC_ROUNDS)
-        waiting = _added(probe, samples, tracks, found, waiting, tolerance, turn == ROUNDS - 1)
+        waiting = fit.add(waiting, turn == ROUNDS - 1)
         progress(0.6 + 0.4 * (1.0 - len(waiting) / len(samples)))
         if not len(waiting):
             break
@@ -214,27 +216,37 @@ def thinned(points, room):
     return np.column_stack([np.interp(s, far, points[:, 0]), np.interp(s, far, points[:, 1]), z])
 
 
-def _added(probe, samples, tracks, found, waiting, tolerance, is_last):
-    """Adds a sample where the model rises above a segment, and says for which tracks [4]; at last raises the segment
-    instead."""
-    owner, s0, z0, s1, z1, segment = _segments([found[k] for k in waiting], tolerance)
-    track = waiting[owner]
-    start, end = (
-        np.column_stack([tracks.start[track] + s[:, None] * tracks.direction[track], z])
-        for s, z in ((s0, z0), (s1, z1))
-    )
-    excess, share = probe.excess(start, end, GOUGE)
-    high = np.flatnonzero(excess > GOUGE)
-    for i in high if is_last else ():
-        found[track[i]][1][segment[i] : segment[i] + 2] += excess[i]
-    new, height = s0 + share * (s1 - s0), z0 + share * (z1 - z0) + excess
-    dirty = np.unique(owner[high])
-    for w in dirty:
-        mine = high[owner[high] == w]
-        old_s, old_z = samples[waiting[w]]
-        at = np.searchsorted(old_s, new[mine])
-        samples[waiting[w]] = np.insert(old_s, at, new[mine]), np.insert(old_z, at, height[mine])
-    return waiting[dirty]
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """Of each track its samples (stations, heights) and the chain that was fitted to them."""
+
+    probe: Probe
+    tracks: Tracks
+    tolerance: float
+    samples: list
+    found: list
+
+    def add(self, waiting, is_last):
+        """Add a sample where the model rises above a segment of a waiting track, and say for which tracks [4]; at last
+        raise the segment instead."""
+        owner, s0, z0, s1, z1, segment = _segments([self.found[k] for k in waiting], self.tolerance)
+        track = waiting[owner]
+        start, end = (
+            np.column_stack([self.tracks.start[track] + s[:, None] * self.tracks.direction[track], z])
+            for s, z in ((s0, z0), (s1, z1))
+        )
+        excess, share = self.probe.excess(start, end, GOUGE)
+        high = np.flatnonzero(excess > GOUGE)
+        for i in high if is_last else ():
+            self.found[track[i]][1][segment[i] : segment[i] + 2] += excess[i]
+        new, height = s0 + share * (s1 - s0), z0 + share * (z1 - z0) + excess
+        dirty = np.unique(owner[high])
+        for w in dirty:
+            mine = high[owner[high] == w]
+            old_s, old_z = self.samples[waiting[w]]
+            at = np.searchsorted(old_s, new[mine])
+            self.samples[waiting[w]] = np.insert(old_s, at, new[mine]), np.insert(old_z, at, height[mine])
+        return waiting[dirty]
 
 
 def _segments(parts, tolerance):

@@ -101,52 +101,60 @@ def between(profile, first, middle, last, apart, spacing):
     return float(found.max(initial=0.0))
 
 
-def across(probe, shape, low, high, degrees, step, scallop, most):
-    """Where tracks of a rectangle are, mm from its middle, rising: neither more than `step` nor more than a scallop
-    apart -> (n,), or None if they are more than `most`."""
-    width, profile = raster.width_of(low, high, degrees), Profile(shape)
-    along, side = np.array(raster.direction_of(degrees)), np.array([-1.0, 1.0]) * raster.direction_of(degrees)[::-1]
-    half = (np.abs(along) * (np.asarray(high[:2]) - low[:2])).sum() / 2
-    count = max(3, min(STATIONS, math.ceil(2 * half / max(shape.diameter / 12, 1e-3))))
-    stations = np.linspace(-half, half, count)
-    middle = (np.asarray(low[:2], float) + np.asarray(high[:2], float)) / 2
+class Stations:
+    """Tips of a tool at stations along tracks over the rectangle low .. high, that go in a direction (degrees)."""
 
-    def tips(offset):
-        points = middle + offset * side + stations[:, None] * along
-        inside = ((points >= np.asarray(low[:2]) - 1e-9) & (points <= np.asarray(high[:2]) + 1e-9)).all(axis=1)
-        return probe.heights(points), inside
+    def __init__(self, probe, shape, low, high, degrees):
+        self.probe, self.profile, self.least = probe, Profile(shape), LEAST_STEP * shape.diameter
+        self.low, self.high = np.asarray(low[:2]), np.asarray(high[:2])
+        self.width = raster.width_of(low, high, degrees)
+        self.side = np.array([-1.0, 1.0]) * raster.direction_of(degrees)[::-1]
+        along = np.array(raster.direction_of(degrees))
+        half = (np.abs(along) * (self.high - self.low)).sum() / 2
+        count = max(3, min(STATIONS, math.ceil(2 * half / max(shape.diameter / 12, 1e-3))))
+        places = np.linspace(-half, half, count)
+        self.spacing = places[1] - places[0]
+        self.middle = (np.asarray(low[:2], float) + np.asarray(high[:2], float)) / 2
+        self.along = places[:, None] * along
 
-    spacing, least, target = stations[1] - stations[0], LEAST_STEP * shape.diameter, SAFE * scallop
-    found, d = [-width / 2], min(step, width)
-    here, inside = tips(found[0])
-    while found[-1] < width / 2 - 1e-9:
-        if len(found) >= most:
-            return None
-        room = width / 2 - found[-1]
-        d, there = _next(profile, tips, found[-1], here, inside, min(d, room), min(step, room), least, target, spacing)
-        found.append(found[-1] + d if d < room else width / 2)
-        here, inside = there
-    return np.array(found)
+    def tips(self, offset):
+        """(heights (n,), which are on the rectangle (n,)) of the track at an offset (mm) from the middle."""
+        points = self.middle + offset * self.side + self.along
+        inside = ((points >= self.low - 1e-9) & (points <= self.high + 1e-9)).all(axis=1)
+        return self.probe.heights(points), inside
 
+    def across(self, step, scallop, most):
+        """Where the tracks are, mm from the middle, rising: neither more than `step` nor more than a scallop apart ->
+        (n,), or None if they are more than `most`."""
+        width, target = self.width, SAFE * scallop
+        found, d = [-width / 2], min(step, width)
+        here = self.tips(found[0])
+        while found[-1] < width / 2 - 1e-9:
+            if len(found) >= most:
+                return None
+            room = width / 2 - found[-1]
+            d, here = self._next(found[-1], here, min(d, room), min(step, room), target)
+            found.append(found[-1] + d if d < room else width / 2)
+        return np.array(found)
 
-def _next(profile, tips, at, here, inside, d, most, least, target, spacing):
-    """(the distance of the next track, its tips()): the largest of a few tries whose scallop is small enough, or
-    `least`."""
-    good, low, high = None, 0.0, most
-    for _ in range(TRIES):
-        there, also = tips(at + d)
-        half, _inside = tips(at + d / 2)
-        use = inside | also
-        found = between(profile, here[use], half[use], there[use], d, spacing) if use.any() else 0.0
-        if found <= target:
-            good, low = (d, (there, also)), d
-        else:
-            high = d
-        wish = d * min(1.5, max(0.5, 0.98 * math.sqrt(target / found))) if found > 0.0 else high
-        wish = min(max(wish, least), high)
-        if good and (wish <= 1.05 * low or high <= 1.05 * low):
-            return good
-        if not good and d <= least:
-            return d, (there, also)
-        d = wish if low < wish < high or wish == high == most else (low + high) / 2
-    return good or (least, tips(at + least))
+    def _next(self, at, here, d, most, target):
+        """(the distance of the next track, its tips()): the largest of a few tries whose scallop is small enough, or
+        the least.  at, here: place and tips() of the one before; d: the first try."""
+        good, low, high, (first, inside) = None, 0.0, most, here
+        for _ in range(TRIES):
+            there, also = self.tips(at + d)
+            half, _inside = self.tips(at + d / 2)
+            use = inside | also
+            found = between(self.profile, first[use], half[use], there[use], d, self.spacing) if use.any() else 0.0
+            if found <= target:
+                good, low = (d, (there, also)), d
+            else:
+                high = d
+            wish = d * min(1.5, max(0.5, 0.98 * math.sqrt(target / found))) if found > 0.0 else high
+            wish = min(max(wish, self.least), high)
+            if good and (wish <= 1.05 * low or high <= 1.05 * low):
+                return good
+            if not good and d <= self.least:
+                return d, (there, also)
+            d = wish if low < wish < high or wish == high == most else (low + high) / 2
+        return good or (self.least, self.tips(at + self.least))
