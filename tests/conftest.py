@@ -46,6 +46,15 @@ def answers(request, tmp_path_factory):
     return scene_of(request.node)[0].answers_of(request.node, lambda: tmp_path_factory.mktemp("shared"))
 
 
+@pytest.fixture(scope="module")
+def forked_readers():
+    """The processes of chipwise that a module's tests start without a command are forked (support/forked.py)."""
+    from support import forked
+
+    with forked.here():
+        yield
+
+
 # --- what runs where --------------------------------------------------------
 
 

@@ -3,7 +3,8 @@
 """The messages an operator can get (message_source.py), and the catalogue docs/user/messages.md that explains them.
 
     tools/messages.py             print every message with the files it comes from
-    tools/messages.py --check     exit status 1 if the catalogue misses a message, or explains one that does not exist
+    tools/messages.py --check     exit status 1 if the catalogue misses a message, explains one that does not exist, or
+                                  has a row twice in a section
     tools/messages.py --update    bring the catalogue's rows up to date: a reworded message keeps its explanation,
                                   a new one gets an empty one
 
@@ -16,6 +17,7 @@ import glob
 import os
 import re
 import sys
+from collections import Counter
 
 from message_source import messages
 
@@ -137,6 +139,7 @@ def check():
             complaints.append(f"another remedy in {CATALOGUE}: {fact}; {remedy}")
     facts = {fact for fact, _remedy in wanted}
     complaints += [f"explained but not in the source: {fact}" for fact in sorted(set(explained) - facts)]
+    complaints += [f"twice in {row[0]}: {row[1]}" for row, count in Counter(rows).items() if count > 1]
     return complaints
 
 
@@ -169,20 +172,23 @@ def update():
                 return row
         return rows[0][0], remedy or rows[0][1]
 
+    def table(heading):
+        """The rows of a section; what the source says in several places with the same explanation is one."""
+        rows = dict.fromkeys((fact, *explain(fact, remedy)) for fact, remedy in wanted[heading])
+        return HEAD + "".join("| `%s` | %s | %s |\n" % row for row in rows) + "\n"
+
     parts = re.split(r"(?m)^(?=## )", text)
     made, headings = [parts[0].rstrip() + "\n\n"], []
     for part in parts[1:]:
         heading = part.split("\n", 1)[0][3:].strip()
         if heading in wanted:
             before = part.split(HEAD.split("\n", 1)[0])[0].rstrip()
-            rows = ["| `%s` | %s | %s |" % (fact, *explain(fact, remedy)) for fact, remedy in wanted[heading]]
-            part = before + "\n\n" + HEAD + "\n".join(rows) + "\n\n"
+            part = before + "\n\n" + table(heading)
             headings.append(heading)
         made.append(part)
     for heading in wanted:
         if heading not in headings:
-            rows = ["| `%s` | %s | %s |" % (fact, *explain(fact, remedy)) for fact, remedy in wanted[heading]]
-            made.append(f"## {heading}\n\n" + HEAD + "\n".join(rows) + "\n\n")
+            made.append(f"## {heading}\n\n" + table(heading))
     with open(path, "w", encoding="utf-8") as handle:
         handle.write("".join(made).rstrip() + "\n")
 

@@ -50,7 +50,7 @@ def at(stock, values, x, y):
 def test_the_cut_of_before_is_there(low, high, cell):
     """The same slot in the larger box from the beginning is the truth: equal in the old box, and never lower."""
     old = ((0.0, 0.0, -10.0), (40.0, 30.0, 0.0))
-    first = core.Stock(*old, 0.25, 1_000_000, finest=cell)
+    first = core.Stock(*old, core.CellSides(0.25, cell), 1_000_000)
     slot = [(-9, 14.07, -4.2), (30.11, 14.07, -4.2), (30.11, 25, -4.2)]
     cut(first, 0.0, (0, 0), slot)
     box = around(old, (tuple(map(float, low)), tuple(map(float, high))), 0.0)
@@ -87,7 +87,7 @@ def test_random_boxes_and_turns_never_lose_material(seed):
     turn = rng.choice([0.0, rng.uniform(-1, 1)])
     old = ((0.0, 0.0, -8.0), (rng.uniform(20, 40), rng.uniform(15, 30), 0.0))
     old = tuple(tuple(float(v) for v in corner) for corner in old)
-    first = core.Stock(*old, 0.25, 400_000, 0, turn, 0.1)
+    first = core.Stock(*old, core.CellSides(0.25, 0.1), 400_000, turn=turn)
     middle = [(a + b) / 2 for a, b in zip(old[0][:2], old[1][:2])]
     y = rng.uniform(6, old[1][1] - 6)
     cut(first, turn, middle, [(-9, y, -3), (old[1][0] - 8, y, -3)])

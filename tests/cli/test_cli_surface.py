@@ -258,7 +258,7 @@ def test_stopped(tmp_path, how):
     model = surface_cases.write_stl(tmp_path / "part.stl", surface_cases.waves(225, 100.0))
     (tmp_path / "out.ngc").write_text(OLD)
     work = subprocess.Popen(
-        [ROOT / "bin" / "chipwise", "surface", model, "-o", tmp_path / "out.ngc", "--tool", "4", "--step", "0.2"],
+        [ROOT / "bin" / "chipwise", "surface", model, "-o", tmp_path / "out.ngc", "--tool", "4", "--step", "0.05"],
         stderr=subprocess.PIPE,
         stdout=subprocess.DEVNULL,
         text=True,

@@ -3,6 +3,7 @@
 
 import os
 import re
+import shlex
 
 import pytest
 
@@ -24,6 +25,13 @@ def chipwise(*arguments, **options):
 
 def content(folder):
     return {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_the_line_that_starts_it_is_one_for_a_shell(tmp_path):
+    """Also in a folder with blanks and other signs of the shell."""
+    folder = tmp_path / "Meine Fräse (neu)"
+    line = chipwise("new-config", folder).stdout.splitlines()[-1]
+    assert shlex.split(line) == ["linuxcnc", f"{folder}/mill.ini"]
 
 
 def test_the_default_folder_is_where_linuxcnc_keeps_configurations(tmp_path):

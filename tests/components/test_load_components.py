@@ -232,9 +232,9 @@ def test_a_large_map_is_read_while_the_tool_cuts(tmp_path):
 def test_an_assumed_stock_is_none_to_feed_and_codes(tmp_path):
     """certain FALSE: the feed is F as without a stock, and M251's status has none; the sums go on, and TRUE is the
     default."""
-    text = """
+    text = f"""
 loadrt threads name1=servo period1=1000000
-loadrt volumetric_feed
+{halrig.COUNT_PERIODS}loadrt volumetric_feed
 loadrt chipwise_command
 addf volumetric-feed.0 servo
 addf chipwise-command.0 servo
@@ -256,7 +256,7 @@ start
         f"""
 setp volumetric-feed.0.certain {certain}
 setp chipwise-command.0.certain {certain}
-loadusr -w sleep 0.2
+loadusr -w sh $(SUPPORT)/wait_periods 200
 getp volumetric-feed.0.adaptive-feed
 getp volumetric-feed.0.limited-by
 getp chipwise-command.0.status
@@ -264,7 +264,9 @@ getp volumetric-feed.0.cut-time
 """
         for certain in (0, 1)
     )
-    status, out = hal(tmp_path, text + "loadusr -w sleep 0.2\ngetp volumetric-feed.0.adaptive-feed" + looks)
+    status, out = hal(
+        tmp_path, text + "loadusr -w sh $(SUPPORT)/wait_periods 200\ngetp volumetric-feed.0.adaptive-feed" + looks
+    )
     assert status == 0, out
     default, *said = [float(line) for line in out.splitlines() if line[:1].isdigit()]
     (free, why, none, cut), (held, _why, defined, more) = said[:4], said[4:]

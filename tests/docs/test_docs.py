@@ -56,6 +56,28 @@ def test_the_check_sees_a_message_without_an_entry(monkeypatch):
     assert len(messages.check()) == 1
 
 
+def test_a_row_stands_once_in_its_section(monkeypatch, tmp_path):
+    """The source has a message in three places, one of another section and one with a remedy of its own."""
+    row = "| `the moon is {}` | It is young. | wait |\n"
+    path = tmp_path / "messages.md"
+    path.write_text("# Messages\n\n## Cycles\n\n" + messages.HEAD + 2 * row.format("new") + row.format("thin"))
+    found = {
+        ("the moon is new", "wait"): ["remap/chipwise/codes.py"],
+        ("the moon is new", ""): ["remap/chipwise/order.py", "remap/chipwise/units.py"],
+        ("the moon is thin", "wait"): ["remap/chipwise/codes.py"],
+    }
+    monkeypatch.setattr(messages, "CATALOGUE", str(path))
+    monkeypatch.setattr(messages, "messages", lambda: found)
+    assert messages.check() == ["twice in Cycles: the moon is new"]
+    messages.update()
+    assert messages.check() == []
+    assert path.read_text().endswith(messages.HEAD + row.format("new") + row.format("thin"))
+    found["the moon is new", "look"] = ["remap/chipwise/codes.py"]
+    found["the moon is thin", ""] = ["remap/chipwise/cli/check.py"]
+    messages.update()
+    assert len(messages.catalogue_rows(path.read_text())) == 4 and messages.check() == []
+
+
 @pytest.mark.parametrize(
     "source, expected",
     [

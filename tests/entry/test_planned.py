@@ -20,6 +20,8 @@ from chipwise.entry import planned
 from chipwise.errors import CycleError
 from chipwise.panel import colours
 
+pytestmark = pytest.mark.usefixtures("forked_readers")
+
 
 MM, INCH = (
     {"ini": str(ROOT / "configs" / name), "unit": unit} for name, unit in (("mill.ini", "mm"), ("mill_inch.ini", "in"))

@@ -180,7 +180,8 @@ def test_an_arc_into_the_stock_is_seen_from_the_line_before(tmp_path, read_path,
     it."""
     program, log = tmp_path / "arc.ngc", tmp_path / "arc.npz"
     program.write_text(ARC_INTO_STOCK)
-    runner.run_headless(str(program), speed=SPEED, log=str(log), timeout=900, settings={"READ_PATH": read_path})
+    machine = runner.Machine(settings={"READ_PATH": read_path})
+    runner.run_headless(str(program), machine, speed=SPEED, log=str(log), timeout=900)
     with np.load(log) as stored:
         data = {name: stored[name] for name in stored.files}
     rates = judge(data)
@@ -208,7 +209,7 @@ def test_g93_without_f_remapped(tmp_path, m251):
         lines = handle.read().replace("\nREMAP = F ", "\n#REMAP = F ")
     with open(ini, "w") as handle:
         handle.write(lines)
-    summary = runner.run_headless(str(program), ini=ini, speed=SPEED, log=str(log), timeout=900)
+    summary = runner.run_headless(str(program), runner.Machine(ini), speed=SPEED, log=str(log), timeout=900)
     assert summary["finished"] and summary["errors"] == [], summary
     with np.load(log) as stored:
         row = {name: stored[name] for name in stored.files}

@@ -177,7 +177,7 @@ def test_a_plain_program_runs_as_without_the_package(tmp_path):
     for package in (True, False):
         log = tmp_path / f"{package}.npz"
         summary = runner.run_headless(
-            str(program), ini=str(plain_ini(tmp_path, package)), speed=2.0, log=str(log), timeout=300.0
+            str(program), runner.Machine(str(plain_ini(tmp_path, package))), speed=2.0, log=str(log), timeout=300.0
         )
         assert summary["finished"] and summary["errors"] == [], summary
         data = dict(np.load(log))

@@ -173,7 +173,7 @@ def test_report_of_the_cycles_reaches_the_summary(tmp_path):
         PYTHON="TOPLEVEL = %s/toplevel.py\nPATH_PREPEND = %s" % (tmp_path, tmp_path),
         RS274NGC="REMAP = M405 modalgroup=10 argspec=q python=m405",
     )
-    summary = run(tmp_path, "G21 G90 F600\nM405 Q3.5\nG1 X1\nM405 Q2\nM2\n", ini=ini)
+    summary = run(tmp_path, "G21 G90 F600\nM405 Q3.5\nG1 X1\nM405 Q2\nM2\n", machine=runner.Machine(ini))
     assert summary["errors"] == []
     assert summary["holes_chopped"] == 2
     assert summary["largest_piece_mm"] == 3.5
@@ -204,7 +204,7 @@ def test_figures_of_a_known_cut(tmp_path, machine):
     """A 6 mm tool, 40 mm of stock, 3 mm deep: a full slot and one 4 mm beside it."""
     ini = headless_ini(tmp_path, machine)
     log = str(tmp_path / "log.npz")
-    summary = run(tmp_path, SLOTS, ini=ini, log=log)
+    summary = run(tmp_path, SLOTS, machine=runner.Machine(ini), log=log)
     assert (summary["exit_status"], summary["errors"]) == (0, []), summary["errors"]
     assert summary["volume_mm3"] == pytest.approx((6 + 4) * 40 * 3, rel=0.005) and summary["stock"] == "program"
     assert summary["rate_target"] == pytest.approx(3600)
@@ -270,7 +270,7 @@ def test_a_stop_by_a_guard_ends_the_run(tmp_path, what):
         tmp_path,
         "G21 G90 G64 P0.01\nT1 M6\nM250 P0 Q0 R-10 I40 J40 K10\nG0 X-10 Y20\n" + moves + "M2\n",
         timeout=timeout,
-        settings={"TOOL_GEOMETRY": str(tmp_path / "tools.toml")},
+        machine=runner.Machine(settings={"TOOL_GEOMETRY": str(tmp_path / "tools.toml")}),
     )
     print("took %.1f s, cycle %.1f s" % (time.monotonic() - begun, summary["cycle_s"]))
     assert summary["exit_status"] == 1 and summary["finished"] is False
@@ -313,7 +313,7 @@ def test_samples_that_a_late_reader_loses_are_said(tmp_path):
         text = handle.read().replace(f"{runner.ROOT}/hal/headless.hal", str(hal))
     with open(ini, "w") as handle:
         handle.write(text)
-    run(tmp_path, SQUARE, ini=ini, log=str(log), output=str(said))
+    run(tmp_path, SQUARE, machine=runner.Machine(ini), log=str(log), output=str(said))
     with np.load(log) as found:
         lost, sample = int(found["overruns"]), found["sample"]
     assert lost > 0 and np.diff(sample).max() == 1

@@ -87,7 +87,11 @@ def test_every_kind_of_move_is_in_the_map(tmp_path):
     program.write_text(EVERY_KIND)
     spindle.write_text(SPINDLE[1])
     summary = runner.run_headless(
-        str(program), ini=headless_ini(tmp_path, "mill", str(spindle)), speed=SPEED, log=str(log), timeout=900
+        str(program),
+        runner.Machine(headless_ini(tmp_path, "mill", str(spindle))),
+        speed=SPEED,
+        log=str(log),
+        timeout=900,
     )
     assert summary["finished"] and summary["errors"] == [], summary
     with np.load(log) as stored:

@@ -19,9 +19,9 @@ FAULT, READY, LOST = "stock-tracker.0.fault-code", "stock-tracker.0.ready", "sto
 START = (
     f"G21 G90 G64 P0.01 F{F}\nT1 M6\nM250 P0 Q0 R-20 I150 J60 K20\nM251 Q{Q} P2 E{E}\nG0 X-10 Y20 Z10\nG0 Z-{DEPTH:g}\n"
 )
-# The first slot is long enough for a busy computer to kill the monitor in it.
-SLOTS = START + "G1 X90\nG0 Z10\nG0 X160 Y45\nG0 Z-4\nG1 X60\nG0 Z10\nM252\nG1 X20\nM2\n"
-CHANGED = START + "G1 X80\nG0 Z10\nT8 M6\nG0 X-10 Y45\nG0 Z-4\nG1 X100\nG0 Z10\nM252\nM2\n"
+# The first slot is long enough for a busy computer to kill the monitor in it: 12 s of real time.
+SLOTS = START + "G1 X140\nG0 Z10\nG0 X160 Y45\nG0 Z-4\nG1 X60\nG0 Z10\nM252\nG1 X20\nM2\n"
+CHANGED = START + "G1 X140\nG0 Z10\nT8 M6\nG0 X-10 Y45\nG0 Z-4\nG1 X100\nG0 Z10\nM252\nM2\n"
 SEEN = ["motion.current-vel", "volumetric-feed.0.mode"]
 # Another monitor, which a busy computer may keep from running for more than a second
 ANOTHER = [

@@ -16,6 +16,8 @@ STATE = ["pins", READY, "stock-tracker.0.fault", "stock-tracker.0.fault-code", "
 TOOL = ["pins", "chipwise-monitor.tool-number", "stock-tracker.0.tool-diameter", "stock-tracker.0.fault-code"]
 WELL = ["TRUE", "FALSE", "0", "0"]
 DEAD = "chipwise: chipwise-monitor does not answer"
+# Before STOP: a busy computer takes its time for the steps until CONT
+PATIENT = ["hal", "setp", "stock-tracker.0.monitor-timeout", "2000"]
 TIMEOUT_S = 5.0 * SPEED  # chipwise/cli/load.py: 5 s of real time
 
 
@@ -101,6 +103,7 @@ def test_stopped_and_going_on(tmp_path):
         tmp_path,
         [
             *BOX,
+            PATIENT,
             ["signal_monitor", "STOP"],
             ["mdi", "T8 M6"],
             STATE,
@@ -109,7 +112,7 @@ def test_stopped_and_going_on(tmp_path):
             STATE,
             ["errors"],
         ],
-    )[2:]
+    )[3:]
     assert state[0] == "FALSE" and state[2] in ("0", "15") and said == []
     assert after == WELL and errors == []
 
@@ -183,6 +186,7 @@ def test_the_monitor_has_no_time_when_a_program_begins(tmp_path, mode, feed):
         [
             *BOX,
             ["until", READY, "=", 1],
+            PATIENT,
             ["signal_monitor", "STOP"],
             ["start", program],
             ["until", "axis.x.pos-cmd", ">", 25],

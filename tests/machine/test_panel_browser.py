@@ -2,14 +2,13 @@
 """The page of `chipwise panel` in a real browser, beside a real LinuxCNC that cuts: numbers, colours, alarms, token,
 languages."""
 
-import json
 import os
 
 import pytest
 
 from chipwise.headless import runner
 from support import panel_browser
-from support.operate import operate
+from support.operate import operate, printed
 
 pytestmark = [
     pytest.mark.machine,
@@ -38,12 +37,6 @@ def visit(tmp_path):
     return ["program", BROWSER, URL, str(folder), TOKEN]
 
 
-def seen(answer):
-    status, text = answer
-    assert status == 0, text
-    return json.loads(text.splitlines()[-1])
-
-
 @pytest.fixture(scope="module")
 def visits(tmp_path_factory):
     """Two: while it cuts, and after a guard has stopped a rapid."""
@@ -65,7 +58,7 @@ def visits(tmp_path_factory):
         timeout=1800,
         edit=f"s/^PANEL = yes/PANEL = yes\\nPANEL_TOKEN = {TOKEN}/",
     )
-    return seen(answers[2]), seen(answers[6])
+    return printed(answers[2]), printed(answers[6])
 
 
 def number(text):

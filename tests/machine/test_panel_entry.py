@@ -9,7 +9,7 @@ import pytest
 
 from chipwise.headless import runner
 from support import panel_browser
-from support.operate import BOX, operate
+from support.operate import BOX, operate, printed
 
 pytestmark = [
     pytest.mark.machine,
@@ -30,12 +30,6 @@ def entry(folder, *lines):
     own.mkdir(mode=0o777)
     own.chmod(0o777)
     return ["program", BROWSER, URL, str(own), TOKEN, json.dumps(lines)]
-
-
-def seen(answer):
-    status, text = answer
-    assert status == 0, text
-    return json.loads(text.splitlines()[-1])
 
 
 def check_tools(still, cutting, file, flute_length):
@@ -113,20 +107,20 @@ def test_lines_of_the_page(tmp_path):
     answers = operate(
         tmp_path, _lines(tmp_path), speed=1, timeout=900, edit=f"s/^PANEL = yes/PANEL = yes\\nPANEL_TOKEN = {TOKEN}/"
     )
-    found = seen(answers[5])
+    found = printed(answers[5])
     hole = _judge_lines(found["lines"])
     assert float(answers[8][0]) - float(answers[4][0]) == pytest.approx(DISC, rel=0.005)
     assert found["overflow"] == [1024, 768] and not [
         text for text in found["messages"] if "403" not in text and "/tool " not in text
     ]
     assert len(found["targets"]) > 10 and not [one for one in found["targets"] if min(one[1:]) < TOUCH_PX]
-    for one in seen(answers[11])["lines"][1:]:
+    for one in printed(answers[11])["lines"][1:]:
         assert "a program or a command is under way" in one["says"] and not one["run"] and one["line"]
     assert answers[8] == answers[14]
-    check_tools(found["tools"], seen(answers[11])["tools"], *answers[18:20])
-    for refused in seen(answers[11])["guards"]:
+    check_tools(found["tools"], printed(answers[11])["tools"], *answers[18:20])
+    for refused in printed(answers[11])["guards"]:
         assert refused[0] == "Guard of flutes: on" and "program or a command is under way" in refused[1]
-    chopped = seen(answers[16])["lines"][-1]
+    chopped = printed(answers[16])["lines"][-1]
     assert (
         chopped["line"] == "#<_chipwise_chop_size>=6 " + hole["line"]
         and "chop lines: " in chopped["says"]

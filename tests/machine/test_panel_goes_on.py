@@ -5,7 +5,6 @@ and the stock in the end.
 The program is stopped at a tenth of its feed, so that a busy computer is not too late for it.
 """
 
-import json
 import re
 
 import numpy as np
@@ -13,7 +12,7 @@ import pytest
 
 from chipwise.headless import runner
 from support import panel_browser
-from support.operate import operate
+from support.operate import operate, printed
 from support.resume_case import SAME_MM
 from support.resume_oracle import outside
 
@@ -49,12 +48,6 @@ M2
 """
 SLOTS_MM2, DEPTHS_MM = 2 * 24 * 6 + np.pi * 3 * 6, (2, 3, 2.5, 3.5)  # walls and ends of the slots overlap by little
 LESS = 0.35 * SLOTS_MM2 * sum(DEPTHS_MM)
-
-
-def seen(answer):
-    status, text = answer
-    assert status == 0, text
-    return json.loads(text.splitlines()[-1])
 
 
 def _steps(folder, part, browser, kept):
@@ -120,7 +113,7 @@ def test_stopped_and_gone_on_with_on_the_page(tmp_path):
     assert answers[2] == answers[11] == []
     status, words = answers[13]
     assert status == 2 and "work offsets are those of then" in words, words
-    stopped = _judge_page(seen(answers[15]), answers[3][0])
+    stopped = _judge_page(printed(answers[15]), answers[3][0])
     assert float(answers[16][0]) == pytest.approx(stopped, abs=1.0)  # nothing has moved
     assert (tmp_path / "part.resume.ngc").read_text().startswith("(chipwise resume: goes on with part.ngc in line ")
     assert answers[18] == []  # no guard has stopped the new program

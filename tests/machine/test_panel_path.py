@@ -15,19 +15,30 @@ pytestmark = pytest.mark.machine
 
 LOOKS = os.path.join(runner.ROOT, "tests", "support", "panel_slow_looks.py")
 RADIUS, CENTRE = 15.0, (30.0, 20.0)
-# 1.9 s; the dwell is for the first looks
-CIRCLE = "G21 G90 G64 P0.01\nG4 P6\nG3 X45 Y20 I-15 J0 F3000\nM2\n"
+# 1.9 s; the pause is for the first look
+CIRCLE = "G21 G90 G64 P0.01\nM0\nG3 X45 Y20 I-15 J0 F3000\nM2\n"
 
 
 @pytest.mark.parametrize("look_s", [1.0, 3.0])
 def test_a_circle_is_round(look_s, tmp_path):
-    *_, (status, said), errors = operate(
+    tmp_path.chmod(0o777)
+    there = "for i in $(seq 6000); do [ -e {} ] && exit 0; sleep 0.1; done; exit 1"
+    looks = f"{sys.executable} {LOOKS} {look_s} {tmp_path} > {tmp_path}/said 2>&1 & {there.format(tmp_path / 'began')}"
+    *_, (began, _), _resume, errors, (ended, _) = operate(
         tmp_path,
-        [["mdi", "G0 X45 Y20 Z5"], ["start", CIRCLE], ["program", sys.executable, LOOKS, str(look_s)], ["finish"]],
+        [
+            ["mdi", "G0 X45 Y20 Z5"],
+            ["start", CIRCLE],
+            ["until paused"],
+            ["program", "sh", "-c", looks],
+            ["resume"],
+            ["finish"],
+            ["program", "sh", "-c", there.format(tmp_path / "seen")],
+        ],
         speed=1,
     )
-    assert status == 0 and errors == [], said
-    found = json.loads(said.splitlines()[-1])
+    assert began == ended == 0 and errors == [], (tmp_path / "said").read_text()
+    found = json.loads((tmp_path / "seen").read_text())
     assert (
         off_circle(found["points"], RADIUS, CENTRE) <= 0.02 and 30 < len(found["points"]) < 200 and found["looks"] < 15
     ), found

@@ -12,6 +12,7 @@ import pytest
 
 from chipwise.headless import runner
 from support import ROOT
+from support.headless_rig import SLOW_MOTION
 from support.puma_oracle import about, tip
 
 pytestmark = pytest.mark.machine
@@ -52,6 +53,7 @@ def machine(tmp_path, programs, stations=None, edits=(), before=":", count=6):
         *edits,
         f"s#^DISPLAY = .*#DISPLAY = {DISPLAY}#",
         "s#^OPEN_FILE.*##",
+        f"s#^COMM_TIMEOUT = .*#{SLOW_MOTION}#",
         f"s#^HALFILE = .*#&\\nHALFILE = {tmp_path}/sampler.hal#",
     ]
     if stations:
@@ -176,7 +178,11 @@ def test_the_robot_without_a_screen(tmp_path):
         "CHIPWISE_LOG": str(tmp_path / "log.npz"),
     }
     done = subprocess.run(
-        [runner.SANDBOX, "--timeout", "900", "--speed", "4", "--", "linuxcnc", str(CONFIGS / "robot_headless.ini")],
+        [
+            runner.SANDBOX,
+            *("--timeout", "900", "--speed", "4", "--"),
+            *runner.start_command(str(CONFIGS / "robot_headless.ini"), {}, 4.0),
+        ],
         env=env,
         text=True,
         stdin=subprocess.DEVNULL,

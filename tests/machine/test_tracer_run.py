@@ -200,9 +200,17 @@ def at_abort(rows):
 @pytest.fixture(scope="module")
 def stopped(tmp_path_factory):
     """A busy computer may serve the abort or the pause late, between two lines, when nothing has to brake and the head
-    is up: then all is done again."""
+    is up: then all is done again.  So it is, once, if LinuxCNC has dropped the MDI line behind the error of a
+    program."""
+    was_dropped = False
     for _ in range(4):
-        answers, rows = trace(tmp_path_factory.mktemp("stops"), STOPS)
+        try:
+            answers, rows = trace(tmp_path_factory.mktemp("stops"), STOPS)
+        except operate.Stopped as stopped:
+            if was_dropped or "tracer-waits.out" not in str(stopped):
+                raise
+            was_dropped = True
+            continue
         if (
             np.linalg.norm(velocities(rows[at_abort(rows) - 5 :][:2])) > BRAKES_FROM_MM_S
             and number(answers[23])[1] == STATE.TRACE

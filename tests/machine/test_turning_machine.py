@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from chipwise import cli
+from chipwise.headless import runner
 from chipwise.ini import Ini
 from chipwise.settings import load_settings
 from chipwise.turning.plan import make_plan
@@ -22,6 +23,7 @@ from support.turning_oracle import moves
 from support.turning_paths import distances
 
 pytestmark = pytest.mark.machine
+LATHE = os.path.join(ROOT, "configs", "lathe_headless.ini")
 HOME = (100.0, 100.0)  # z, x where configs/lathe.ini begins, and changes tools
 
 
@@ -30,7 +32,7 @@ HOME = (100.0, 100.0)  # z, x where configs/lathe.ini begins, and changes tools
     [("turning_half", "written"), ("turning_half", "G26"), ("turning_flange", "G26"), ("turning_shaft", "G26")],
 )
 def test_linuxcnc_follows_the_plan(tmp_path, capsys, name, code):
-    ini, log = os.path.join(ROOT, "configs", "lathe_headless.ini"), tmp_path / "log.npz"
+    log = tmp_path / "log.npz"
     drawn, program, plan = (
         os.path.join(ROOT, "nc_files", name + ".ngc"),
         tmp_path / "turned.ngc",
@@ -38,23 +40,7 @@ def test_linuxcnc_follows_the_plan(tmp_path, capsys, name, code):
     )
     assert cli.main(["turn", drawn, "-o", str(program), "--json", str(plan)]) == 1
     capsys.readouterr()
-    environment = {
-        **os.environ,
-        "CHIPWISE_PROGRAM": drawn if code == "G26" else str(program),
-        "CHIPWISE_TIMEOUT": "3000",
-        "CHIPWISE_SUMMARY": str(tmp_path / "summary.json"),
-        "CHIPWISE_LOG": str(log),
-    }
-    done = subprocess.run(
-        [os.path.join(ROOT, "bin", "chipwise-sandbox"), "--speed", "5", "--timeout", "600", "--", "linuxcnc", ini],
-        env=environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        timeout=700,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout[-2000:]
+    on_the_lathe(drawn if code == "G26" else program, log, 5)
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert summary["finished"] and summary["errors"] == []
     rows = np.load(log)
@@ -71,7 +57,7 @@ def test_linuxcnc_follows_the_plan(tmp_path, capsys, name, code):
     moving = np.column_stack((rows["z"], rows["x"]))[rows["motion_type"] > 0]
     assert distances(moving[:: max(len(moving) // 4000, 1)], path).max() < 0.001
     assert np.hypot(*(moving[-1] - HOME)) < 0.001
-    check_times(json.loads(plan.read_text()), spent_on(drawn, ini), rows)
+    check_times(json.loads(plan.read_text()), spent_on(drawn, LATHE), rows)
     feeds = np.array([points[-1] for _, kind, points in moves(program.read_text(), 1.0) if kind == "feed"])
     assert (
         distances(feeds[:: max(len(feeds) // 200, 1)], moving[::5]).max() < 0.06
@@ -125,7 +111,7 @@ def check_thread(rows, pitch, turns_per_s, z1, z0, count):
     assert pitch * np.ptp(phase) < 0.01
 
 
-def on_the_lathe(program, log):
+def on_the_lathe(program, log, speed=4):
     """Run a program on the simulated lathe, with the log of its servo periods."""
     environment = {
         **os.environ,
@@ -138,12 +124,11 @@ def on_the_lathe(program, log):
         [
             os.path.join(ROOT, "bin", "chipwise-sandbox"),
             "--speed",
-            "4",
+            str(speed),
             "--timeout",
             "600",
             "--",
-            "linuxcnc",
-            os.path.join(ROOT, "configs", "lathe_headless.ini"),
+            *runner.start_command(LATHE, {}, speed),
         ],
         env=environment,
         stdout=subprocess.PIPE,

@@ -15,17 +15,9 @@ from chipwise.program.program_file import Unreadable
 from chipwise.stock import reasons
 from support.check_runs import mill_with_tools
 from support.reading import Reading
+from support.scenes import SCENE
 
 LINUXCNC = types.SimpleNamespace(INTERP_IDLE=1, stat=None, error=OSError)
-PLACE = {
-    "index": 1,
-    "offset": [0.0, 0.0, 0.0],
-    "g92": [0.0, 0.0, 0.0],
-    "turn": 0.0,
-    "tool": 1,
-    "codes": "G17 G21",
-    "block_delete": False,
-}
 JAW = "(CLAMP,BOX,XMIN=40,YMIN=-12,ZMIN=-20,XMAX=60,YMAX=-2,ZMAX=8)\n"
 PART = (
     "G90 G17\n(clamp, left side first)\n"
@@ -44,7 +36,7 @@ def make_mill(tmp_path_factory):
 
 def answered(mill, path, text, **scene):
     path.write_text(text)
-    return comment_process.answer({"ini": str(mill), "program": str(path), "scene": PLACE | scene}, str(path.parent))
+    return comment_process.answer({"ini": str(mill), "program": str(path), "scene": SCENE | scene}, str(path.parent))
 
 
 def test_where_they_are_on_the_machine(mill, tmp_path):
@@ -102,7 +94,7 @@ def make_scene(tmp_path, monkeypatch):
     path.write_text(PART)
     status = types.SimpleNamespace(file=str(path), interp_state=1, queue=0, inpos=True)
     monkeypatch.setattr(saying, "Quiet", lambda *_: lambda: True)
-    monkeypatch.setattr(module.loaded, "scene", lambda _status: PLACE)
+    monkeypatch.setattr(module.loaded, "scene", lambda _status: SCENE)
     pins, said = {"program-running": False, "request": 0}, []
     files = types.SimpleNamespace(stock=object(), laid=[])
     files.clamps = types.SimpleNamespace(

@@ -17,20 +17,12 @@ from chipwise.stock import reasons
 from chipwise.setup import job_process
 from chipwise.setup.job import Job, JobTool, text_of
 from support.check_runs import mill_with_tools
+from support.scenes import SCENE
 
 SLOT = "G21 G90 G94 G17\nT1 M6\nS8000 M3\nG55 G0 X-10 Y30 Z5\nG0 Z-4\nG1 X110 F400\nG0 Z5\nM2\n"
 LINUXCNC = types.SimpleNamespace(
     INTERP_IDLE=1, MODE_MANUAL=1, MODE_AUTO=2, MODE_MDI=3, STATE_ON=4, stat=None, error=OSError
 )
-PLACE = {
-    "index": 1,
-    "offset": [0.0, 0.0, 0.0],
-    "g92": [0.0, 0.0, 0.0],
-    "turn": 0.0,
-    "tool": 1,
-    "codes": "G17 G21",
-    "block_delete": False,
-}
 TOOLS = {"1": [6.0, 3000.0, 2.0], "2": [3.0, None, 1.0]}
 ANSWER = {
     "why": "",
@@ -68,7 +60,7 @@ def answered(tmp_path, program, ini=None):
         "ini": str(ini or mill_with_tools(tmp_path)),
         "program": str(program),
         "job": str(program.with_name(program.stem + ".job.toml")),
-        "scene": PLACE,
+        "scene": SCENE,
     }
     return job_process.answer(order, str(tmp_path))
 
@@ -186,7 +178,7 @@ def make_scene(tmp_path, part, monkeypatch):
     said = []
     for one in (module, saying):
         monkeypatch.setattr(one, "Quiet", lambda *_: lambda: True)
-    monkeypatch.setattr(module.loaded, "scene", lambda _status: PLACE)
+    monkeypatch.setattr(module.loaded, "scene", lambda _status: SCENE)
     set_up = module.SetUp(pins, parse_settings({}), files, "mill.ini", said.append)
     set_up.reading = Reading()
     return set_up, pins, status, Command(status), said

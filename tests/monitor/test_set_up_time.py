@@ -11,6 +11,7 @@ from chipwise.host.temp_folder import OwnFolder
 from chipwise.setup import time_process
 from support.check_runs import mill_with_tools
 from support.setup_runs import chipwise_setup
+from support.scenes import SCENE
 
 SLOT = """(T1 D=10. CR=0. - ZMIN=-2. - flat end mill)
 G21 G90 G64 P0.01
@@ -23,15 +24,7 @@ X0
 G0 Z5
 M2
 """
-SCENE = {
-    "index": 1,
-    "offset": [0.0] * 3,
-    "g92": [0.0] * 3,
-    "turn": 0.0,
-    "tool": 0,
-    "block_delete": False,
-    "codes": "G17 G54 G90",
-}
+EMPTY = {**SCENE, "tool": 0, "codes": "G17 G54 G90"}
 
 
 class Reading:
@@ -96,7 +89,7 @@ def test_where_no_set_up_raises_the_feed_nothing_is_read():
 def said(folder, text, machine):
     (folder / "part.ngc").write_text(text)
     with OwnFolder("test") as own:
-        return time_process.answer({"ini": str(machine), "program": str(folder / "part.ngc"), "scene": SCENE}, own)
+        return time_process.answer({"ini": str(machine), "program": str(folder / "part.ngc"), "scene": EMPTY}, own)
 
 
 def test_it_is_what_set_up_proposes(tmp_path):

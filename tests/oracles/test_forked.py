@@ -12,6 +12,8 @@ import time
 
 import pytest
 
+from chipwise.host.processes import stat_fields
+from chipwise.program.reader import Machine, Reader
 from support import ROOT, forked
 from support.canon import PYTHON, write_ini, write_tools
 
@@ -148,9 +150,14 @@ def test_the_same_end(end, status, another, tmp_path):
 
 
 def test_one_that_does_not_end_is_killed(another, tmp_path):
-    program = another("import os, time\nopen('pid', 'w').write(str(os.getpid()))\ntime.sleep(600)\n")
-    with pytest.raises(subprocess.TimeoutExpired):
-        forked.run([str(program)], timeout=2, cwd=tmp_path)
+    program = another(
+        "import os, time\nprint(os.getpid(), end='', file=open('pid', 'w'), flush=True)\ntime.sleep(600)\n"
+    )
+    for timeout in (2, 20, 200):  # a busy computer may take seconds to begin
+        with pytest.raises(subprocess.TimeoutExpired):
+            forked.run([str(program)], timeout=timeout, cwd=tmp_path)
+        if (tmp_path / "pid").exists() and (tmp_path / "pid").read_text():
+            break
     pid = int((tmp_path / "pid").read_text())
     while os.path.exists(f"/proc/{pid}"):
         time.sleep(0.05)
@@ -257,3 +264,50 @@ def test_the_planner_is_a_child_of_the_interpreter(kind, started, tmp_path):
     assert [line.split() for line in (out + errors).splitlines() if line.startswith("planner: ")] == [
         ["planner:", "True", "True", str(not started), "-9"]
     ]
+
+
+# ---- here() ------------------------------------------------------------------------------------------------------
+
+
+def read_here(folder):
+    """(blocks of a program, whether its reader was forked, whether it is this process's child)."""
+    (folder / "slot.ngc").write_text(SLOT)
+    with Reader(str(folder / "slot.ngc"), Machine(str(ROOT / "configs" / "mill.ini"))) as reader:
+        pid = reader._child.pid
+        with open(f"/proc/{pid}/cmdline") as file:
+            is_forked = "fork_server" in file.read()
+        is_ours = int(stat_fields(pid)[1]) == os.getpid()
+        return b"".join(block.tobytes() for block in reader), is_forked, is_ours
+
+
+def test_a_reader_of_this_process(tmp_path):
+    """Forked in here() and as before behind it, with the same blocks; each is waited for."""
+    started, began = read_here(tmp_path), subprocess.Popen
+    with forked.here():
+        ours = [read_here(tmp_path) for _ in range(2)]
+    behind = read_here(tmp_path)
+    assert started[0] and {one[0] for one in (*ours, behind)} == {started[0]}
+    assert [one[1:] for one in (started, *ours, behind)] == [(False, True), (True, True), (True, True), (False, True)]
+    assert subprocess.Popen is began
+
+
+def test_what_is_killed_in_here_leaves_nothing(tmp_path):
+    """A reader that is killed while it reads has a nursery and may have a planner: they end, and are waited for."""
+    (tmp_path / "loop.ngc").write_text("o1 while [1]\nG4 P0\no1 endwhile\nM2\n")
+    with forked.here():
+        other = subprocess.Popen(["sleep", "600"])
+        before = children()
+        for _ in range(3):
+            with Reader(str(tmp_path / "loop.ngc"), Machine(str(ROOT / "configs" / "mill.ini"))) as reader:
+                assert reader._child.poll() is None
+        other.kill()
+        assert other.wait() == -signal.SIGKILL  # and not somebody else's
+    assert children() <= before - {other.pid}
+
+
+def children():
+    return {
+        int(pid)
+        for task in os.listdir("/proc/self/task")
+        for pid in open(f"/proc/self/task/{task}/children").read().split()
+    }

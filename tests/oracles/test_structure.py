@@ -11,6 +11,7 @@ OWN_PATH = {
     "roots.py",
     "fork_server.py",  # of the benchmarks; a program that runs bin/chipwise
     "scripted_display.py",
+    "robot_display.py",
     "sample_driver.py",
     "read_map.py",
     "fuzz_pins.py",

@@ -49,7 +49,7 @@ def machine():
 
 
 @pytest.fixture
-def made(machine):
+def made(machine, forked_readers):
     return lines.Lines(MILL, machine.ask)
 
 

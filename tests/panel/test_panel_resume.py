@@ -15,6 +15,8 @@ from support.panel_rig import TOKEN, asking, posted, serving
 from support.resume_page import OPTIONS, SCENE, Mdi
 from support.resume_stop import Stop
 
+pytestmark = pytest.mark.usefixtures("forked_readers")
+
 
 @pytest.fixture
 def shop(tmp_path):

@@ -15,18 +15,10 @@ from support import panel_browser
 from support.check_runs import mill_with_tools
 from support.panel_rig import TOKEN, asking, posted, serving
 from support.setup_runs import chipwise_setup
+from support.scenes import SCENE
 
 SLOT = "G21 G90 G94 G17\nT1 M6\nS8000 M3\nG55 G0 X-10 Y30 Z5\nG0 Z-4\nG1 X110 F400\nG0 Z5\nM2\n"
 STOCK = [0, 0, -20, 100, 60, 0]
-SCENE = {
-    "index": 1,
-    "offset": [0.0, 0.0, 0.0],
-    "g92": [0.0, 0.0, 0.0],
-    "turn": 0.0,
-    "tool": 1,
-    "codes": "G17 G21",
-    "block_delete": False,
-}
 AT = (12.0, 34.0, 5.6)  # the tip, machine coordinates
 
 

@@ -16,6 +16,7 @@ from chipwise.setup import job as jobs
 from chipwise.setup import job_process
 from support.check_runs import CHIPWISE, chipwise_check, mill_with_tools
 from support.setup_runs import chipwise_setup
+from support.scenes import SCENE
 
 SLOT = "G21 G90 G94 G17\nT1 M6\nS8000 M3\nG0 X-10 Y30 Z5\nG0 Z-4\nG1 X110 F400\nG0 Z5\nM2\n"
 JOB = jobs.Job(
@@ -163,15 +164,7 @@ def test_clamps_of_the_job_on_the_machine(tmp_path, machine):
     own = {"jaw": Clamp(1, 0.0, (10.0, 20.0, -5.0), (16.0, 26.0, 5.0), "clamp jaw of the set-up of part.ngc")}
     wanted = replace(JOB, digest=jobs.digest_of(str(part)), set_up=2, clamps=own)
     jobs.write(str(tmp_path / "part.job.toml"), wanted)
-    turned = {
-        "index": 1,
-        "offset": [100.0, 50.0, 7.0],
-        "g92": [0.0, 0.0, 0.0],
-        "turn": 90.0,
-        "tool": 1,
-        "codes": "G17 G21",
-        "block_delete": False,
-    }
+    turned = {**SCENE, "offset": [100.0, 50.0, 7.0], "turn": 90.0}
     order = {"ini": str(machine), "program": str(part), "job": str(part.with_name("part.job.toml")), "scene": turned}
     vice, jaw = job_process.answer(order, str(tmp_path))["clamps"]
     assert vice == [0, 0.0, (1, 2, 3), (4, 5, 6), "clamp vice of set-up 2"]

@@ -59,9 +59,9 @@ def sealed(body):
     return body + hashlib.sha256(body).digest()
 
 
-def forged(taken, cells=None, raw=None, **fields):
-    """A file with a right checksum and what we like in it."""
-    head = dict(
+def head_of(taken):
+    """The head of the stock as a file has it."""
+    return dict(
         version=2,
         cell=CELL,
         low=LOW,
@@ -73,7 +73,11 @@ def forged(taken, cells=None, raw=None, **fields):
         half=(15.0, 10.0),
         turn=0.0,
     )
-    head.update(fields)
+
+
+def forged(taken, cells=None, raw=None, **fields):
+    """A file with a right checksum and what we like in it."""
+    head = {**head_of(taken), **fields}
     text = json.dumps({k: v for k, v in head.items() if v is not ...}).encode()
     raw = (taken[1] if cells is None else cells).tobytes() if raw is None else raw
     return sealed(store.MARK + struct.pack("<I", len(text)) + text + zlib.compress(raw))
@@ -144,18 +148,7 @@ VALUES = [
 def test_random_heads(taken):
     """Every head with a right checksum is the one that was saved or is refused by name: no other exception."""
     chance, seed = random.Random(random_seed()), random_seed()
-    good = dict(
-        version=2,
-        cell=CELL,
-        low=LOW,
-        high=HIGH,
-        shape=0,
-        nx=60,
-        ny=40,
-        removed=taken[0].removed,
-        half=(15.0, 10.0),
-        turn=0.0,
-    )
+    good = head_of(taken)
     kept = 0
     for case in range(random_count(3000)):
         head = dict(good)

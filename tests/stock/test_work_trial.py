@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """How much of the stock model's work a servo period has time for, as `chipwise load` measures it."""
 
+import statistics
+
 import pytest
 
 from chipwise.clib import work_trial
@@ -28,13 +30,13 @@ def test_the_largest_part_that_fits(monkeypatch, us_of_all, period_ms, slower, c
 
 
 def test_the_trial_sees_the_work(monkeypatch):
-    """A quarter of the work takes less time than all of it, whatever the computer does beside; a clock that runs fast
-    is slowed down again."""
-    pairs = [(work_trial.costliest_us(100), work_trial.costliest_us(25)) for _ in range(3)]
-    all_of_it, quarter = min(pair[0] for pair in pairs), min(pair[1] for pair in pairs)
-    assert 0 < quarter < all_of_it
+    """A quarter of the work takes less time than all of it, two thirds or so; a clock that runs fast is slowed down
+    again.  By the shares of pairs, one right after the other, since a computer with other work is now faster, now
+    slower."""
+    pairs = [(work_trial.costliest_us(100), work_trial.costliest_us(25)) for _ in range(15)]
+    assert 0 < statistics.median(quarter / all_of_it for all_of_it, quarter in pairs) < 0.9
     monkeypatch.setenv("CHIPWISE_SPEED", "1000")
-    assert min(work_trial.costliest_us(100) for _ in range(3)) < all_of_it / 100
+    assert work_trial.costliest_us(100) < statistics.median(pair[0] for pair in pairs) / 100
 
 
 class Machine:

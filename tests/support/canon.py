@@ -28,6 +28,13 @@ from support.hole_oracle import Element
 PYTHON = "/usr/bin/python3"
 UNIT_MM = {"mm": 1.0, "in": 25.4}
 UPRIGHT_STEP = 0.002  # rad
+MODES = (  # that a cycle has to leave as they are
+    "G90 G91.1 G21 G64 P0.01 G94 G98 G0 X1",
+    "G91 G91.1 G21 G61 G94 G99 G1 X1 F100",
+    "G90 G90.1 G20 G61.1 G94 G98 G80",
+    "G91 G90.1 G20 G64 G94 G98 G1 X1 F100",
+    "S500 M3 G90 G91.1 G21 G64 G95 G98 G1 X1 F1",
+)
 
 
 @dataclass

@@ -124,12 +124,10 @@ def run(program, condition, folder, free=False, speed=SPEED, settings=None):
     log = folder / f"{stem}.npz"
     summary = runner.run_headless(
         str(folder / f"{stem}.ngc"),
-        ini=str(ini),
+        runner.Machine(str(ini), settings, {"CLAIMS_OVERRIDE": f"{condition.override:g}"}),
         speed=speed,
         log=str(log),
         timeout=3000.0,
-        settings=settings,
-        env={"CLAIMS_OVERRIDE": f"{condition.override:g}"},
     )
     return summary, log
 

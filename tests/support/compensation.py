@@ -7,6 +7,7 @@ test_compensation_bench.py shows that it does.
 
 import collections
 import os
+import signal
 import subprocess
 from pathlib import Path
 
@@ -23,7 +24,7 @@ from support.contour_random import contour_case
 
 GOUGE_MM = 1e-3  # four decimals of rs274's output are worth 1e-4 mm
 SAMPLE_MM = 0.1  # along the path, where the oracle measures
-RUN_S = 20  # an interpreter that needs longer is counted as an alarm
+RUN_S, WAIT_S = 20, 600.0  # of computing: an interpreter that needs longer is counted as an alarm
 
 
 def seam(contour, result):
@@ -76,16 +77,18 @@ def interpret(text, folder):
     source.write_text(text)
     try:
         run = subprocess.run(
-            ["rs274", "-g", "-v", f"{folder}/case.var", str(source)],
+            ["prlimit", f"--cpu={RUN_S}", "rs274", "-g", "-v", f"{folder}/case.var", str(source)],
             cwd=folder,
             text=True,
             env={**os.environ, "HOME": str(folder)},
             capture_output=True,
-            timeout=RUN_S,
+            timeout=WAIT_S,
             check=False,
         )
     except subprocess.TimeoutExpired:
-        return [], f"no end within {RUN_S} s"
+        return [], f"no end within {WAIT_S:g} s"
+    if run.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
+        return [], f"no end within {RUN_S} s of computing"
     if run.returncode:
         said = [line for line in run.stderr.splitlines() if line and line != "executing"]
         return [], said[0] if said else f"exit {run.returncode}"

@@ -25,7 +25,7 @@ def demo_run(name):
         path = os.path.join(folder, "log.npz")
         summary = runner.run_headless(
             os.path.join(runner.ROOT, "nc_files", name + ".ngc"),
-            ini=own_ini(Path(folder), EMCMOT=SLOW_MOTION),
+            runner.Machine(own_ini(Path(folder), EMCMOT=SLOW_MOTION)),
             speed=SPEED,
             timeout=TIMEOUT_S,
             log=path,

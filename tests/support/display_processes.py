@@ -21,6 +21,11 @@ from support.display_program import IDLE_POLLS, WAIT_S
 HAL_ANSWERS_S = 3.0
 WORKS_S = 2.0  # between two questions whether chipwise-monitor is there and works
 BEAT_PIN = "chipwise-monitor.heartbeat"  # counts its looks
+TASK_TURNS = 4  # of LinuxCNC's task: it has seen what there was before, and has told of it
+# Steps that are about a monitor that has no processor, or is gone; in all others it may be silent for as long as a busy
+# computer makes it
+SILENT = ("busy", "freeze_worker", "kill", "kill_monitor", "kill_monitor_in", "kill_worker", "signal_monitor")
+SILENT_S = 300.0
 LOOKS = 6  # an idle computer lets it have more in the shortest wait of a step
 
 
@@ -70,6 +75,13 @@ def kill(pids):
         send(pid, signal.SIGKILL)
 
 
+def stolen():
+    """s for which a host that this computer is a guest of has kept its processors back."""
+    with open("/proc/stat") as handle:
+        ticks = int(handle.readline().split()[8])
+    return ticks / os.sysconf("SC_CLK_TCK")
+
+
 class ProcessSteps:
     """Of an Operator, which has a machine (chipwise.headless.session)."""
 
@@ -86,13 +98,13 @@ class ProcessSteps:
 
     @staticmethod
     def waited():
-        """s for which LinuxCNC and this program have waited for a processor."""
-        total = 0
+        """s for which LinuxCNC and this program have waited for a processor, or the computer's host kept one back."""
+        total = stolen()
         for process in [os.getpid()] + processes.named("milltask", "rtapi_app", "io"):
             for thread in os.listdir(f"/proc/{process}/task"):
                 with open(f"/proc/{process}/task/{thread}/schedstat") as handle:
-                    total += int(handle.read().split()[1])
-        return total / 1e9
+                    total += int(handle.read().split()[1]) / 1e9
+        return total
 
     @staticmethod
     def monitors():
@@ -100,6 +112,13 @@ class ProcessSteps:
         runs another program, and until then its parent cannot be stopped (vfork): it is left alone."""
         both = {pid: parent_of(pid) for pid in processes.pids() if processes.command_line(pid)[-1:] == [b"monitor"]}
         return [pid for pid, parent in both.items() if both.get(parent) not in both]
+
+    @staticmethod
+    def let_monitor_be_late(steps):
+        """A late monitor raises a fault only where a step is about that."""
+        is_about_it = any(step[0].replace(" ", "_") in SILENT for step in steps)
+        if hal.component_exists("chipwise-monitor") and not is_about_it:
+            halcmd.attempt("setp", "stock-tracker.0.monitor-timeout", f"{SILENT_S * session.SPEED:g}")
 
     def kill_monitor(self):
         kill(self.monitors())
@@ -135,6 +154,20 @@ class ProcessSteps:
         if hal.component_exists("chipwise-monitor"):
             before = hal.get_value(BEAT_PIN) if before is None else before
             self.follow_monitor(lambda: not 0 <= hal.get_value(BEAT_PIN) - before < LOOKS)
+
+    @staticmethod
+    def task_turns():
+        """Number of cycles that LinuxCNC's task has done, counted by its sleeps; None if no task runs."""
+        for pid in processes.named("milltask"):
+            with contextlib.suppress(OSError), open(f"/proc/{pid}/status") as handle:
+                return next(int(line.split()[1]) for line in handle if line.startswith("voluntary_ctxt_switches"))
+        return None
+
+    def task_looks(self, turns=TASK_TURNS):
+        """Wait until LinuxCNC's task has been at work, from which a busy computer keeps it for seconds."""
+        before, end = self.task_turns(), time.monotonic() + WAIT_S
+        while time.monotonic() < end and None not in (before, now := self.task_turns()) and now - before < turns:
+            time.sleep(0.01)
 
     def workers(self):
         """Those of the two that do the work: the children of the others."""

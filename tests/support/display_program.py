@@ -18,10 +18,17 @@ REST_LOOKS = 4  # at a machine at rest, one after the other, each after a servo 
 RELATIONS = {">": relations.gt, "<": relations.le, "=": relations.eq}
 PERIOD_PIN = "motion-controller.time"  # of the last servo period, ns: never twice the same but by chance
 RUNNING_PIN = "chipwise-monitor.program-running"
+REST_PIN, VELOCITY_PIN = "motion.in-position", "motion.current-vel"
+STEP_TURNS = 20  # of the task, in which a single step has begun
 
 
 class ProgramSteps:
     """Of an Operator, which has a machine (chipwise.headless.session) and a record (servo_record.py)."""
+
+    def taken(self):
+        """Wait until the task has the last command, in whose place it would get the next one."""
+        machine = self.machine
+        machine.wait("the task has the command", lambda s: s.echo_serial_number >= machine.command.serial, WAIT_S)
 
     def open(self, program):
         self.machine.open(program)
@@ -81,15 +88,18 @@ class ProgramSteps:
         self.record.now()
         return hal.get_value(pin)
 
+    @staticmethod
+    def stands(status):
+        """Whether nothing moves, in the status and as the servo thread has it: one may be behind the other."""
+        return status.current_vel < 1e-9 and hal.get_value(VELOCITY_PIN) < 1e-9
+
     def pause(self):
         self.machine.command.auto(linuxcnc.AUTO_PAUSE)
-        self.machine.wait("pause", lambda s: s.paused and s.current_vel < 1e-9)
+        self.machine.wait("pause", lambda s: s.paused and self.stands(s))
 
     def until_paused(self):
         self.machine.wait(
-            "a pause of the program",
-            lambda s: s.interp_state == linuxcnc.INTERP_PAUSED and s.current_vel < 1e-9,
-            WAIT_S,
+            "a pause of the program", lambda s: s.interp_state == linuxcnc.INTERP_PAUSED and self.stands(s), WAIT_S
         )
 
     def optional_stop(self, stops):
@@ -104,13 +114,15 @@ class ProgramSteps:
         """Wait until the line or program is over and the axes rest.
 
         A machine that has taken a move and not begun it looks like one at rest, for as long as a busy computer lets the
-        task or the servo thread wait.  So it has to rest in several looks, between which both have been at work."""
+        task or the servo thread wait.  So it has to rest in several looks, between which the servo thread has been at
+        work; it says itself whether it has a move that the task's status does not show yet."""
         looks, period = 0, None
 
         def at_rest(status):
             nonlocal looks, period
             before, period = period, hal.get_value(PERIOD_PIN)
-            looks = looks + (period != before) if session.is_at_rest(status) else 0
+            rests = session.is_at_rest(status) and hal.get_value(REST_PIN)
+            looks = looks + (period != before) if rests else 0
             return looks >= REST_LOOKS
 
         self.machine.wait(what, at_rest, WAIT_S)
@@ -123,21 +135,21 @@ class ProgramSteps:
 
     def reverse(self):
         self.machine.command.auto(linuxcnc.AUTO_REVERSE)
+        self.taken()
 
     def forward(self):
         self.machine.command.auto(linuxcnc.AUTO_FORWARD)
+        self.taken()
 
     def step_to_end(self, most=20):
         """Single steps until the program has ended; -> how many."""
         for count in range(1, most + 1):
             self.machine.command.auto(linuxcnc.AUTO_STEP)
-            # not wait_complete(): the task calls a program in single steps under way until its end
-            self.machine.wait(
-                "the task has the step", lambda s: s.echo_serial_number >= self.machine.command.serial, WAIT_S
-            )
+            self.taken()  # not wait_complete(): the task calls a program in single steps under way until its end
             self.record.now()
             self.sleep(0.2)
-            self.machine.wait("step", lambda s: s.current_vel < 1e-9, WAIT_S)
+            self.task_looks(STEP_TURNS)
+            self.machine.wait("step", self.stands, WAIT_S)
             if self.machine.status.interp_state == linuxcnc.INTERP_IDLE:
                 self.end_is_seen()
                 return count
@@ -145,7 +157,10 @@ class ProgramSteps:
 
     def abort(self):
         self.machine.command.abort()
-        self.machine.wait("abort", lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos)
+        self.taken()
+        self.machine.wait(
+            "abort", lambda s: s.interp_state == linuxcnc.INTERP_IDLE and s.inpos and hal.get_value(REST_PIN)
+        )
         self.end_is_seen()
 
     def stop(self, how, seconds):
@@ -180,6 +195,7 @@ class ProgramSteps:
     def begin(self):
         self.machine.set_mode(linuxcnc.MODE_AUTO, "auto")
         self.machine.command.auto(linuxcnc.AUTO_RUN, 0)
+        self.taken()
 
     def finish(self):
         self.rest("end of program")

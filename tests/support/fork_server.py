@@ -3,11 +3,12 @@
 
     fork_server.py SOCKET
 
-A message is JSON (argv, cwd, env, nursery, execute) with four handles: standard input, output and error of the process
-that is forked, and one to which its number is written, and its exit status when it has ended. The server ends when the
-socket does. A forked process leaves serve() and executes argv[0] as the interpreter would, so its end is that of an
-interpreter; with `execute` it becomes the program argv[0] instead. With `nursery` chipwise's own processes (planner,
-contour subs, reader) are forked as well: rs274_site/fork_popen.py.
+A message is JSON (argv, cwd, env, nursery, execute, nurse) with four handles: standard input, output and error of the
+process that is forked, and one to which its number is written, and its exit status when it has ended. The server ends
+when the socket does. A forked process leaves serve() and executes argv[0] as the interpreter would, so its end is that
+of an interpreter; with `execute` it becomes the program argv[0] instead. With `nursery` chipwise's own processes
+(planner, contour subs, reader) are forked as well: rs274_site/fork_popen.py. With `nurse` it is the nursery of the
+process at the other end of its standard input, a socket.
 """
 
 import contextlib
@@ -184,6 +185,10 @@ def main():
         return
     server.detach()
     argv = order["argv"]
+    if order["nurse"]:
+        with socket.socket(fileno=os.dup(0)) as asked:
+            order, handles = nurse(asked)
+        execute_in_fork(order["argv"], order["cwd"], order["env"], handles)
     if order["execute"]:
         nursery = have_nursery()
         os.set_inheritable(nursery, True)

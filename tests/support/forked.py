@@ -9,14 +9,16 @@ error that nobody catches ends it with a traceback and status 1. What an interpr
 server's: where the environment differs in that, the call starts an interpreter. Tests about limits of memory, users,
 closed handles, signals and the beginning of a process call subprocess.
 
-In a call of check, contour, patterns, rewrite or setup, in a preview and inside rs274 the planner, contour subs and the
-reader are forked as well, each a child of the process that starts it; rs274 itself, and the interpreter inside it,
-start as ever. Files of other folders than this repository's remap/ are not forked.
+In a call of check, contour, patterns, resume, rewrite or setup, in a preview and inside rs274 the planner, contour subs
+and the reader are forked as well, each a child of the process that starts it; in here() those of the calling process,
+too. rs274 itself, and the interpreter inside it, start as ever. Files of other folders than this repository's remap/
+are not forked.
 
 Called by check_runs.py, setup_runs.py, rewrite_rig.py, canon.py, lathe_preview.py and tests.
 """
 
 import atexit
+import contextlib
 import json
 import os
 import selectors
@@ -28,6 +30,7 @@ import threading
 import time
 
 from support import ROOT
+from support.rs274_site import fork_popen
 
 CHIPWISE = str(ROOT / "bin/chipwise")
 PREVIEW = str(ROOT / "tests/support/preview_probe.py")
@@ -43,7 +46,7 @@ AT_START = (
     "OMP_",
     "CHIPWISE_CORE",
 )  # first letters of names
-NURSED = ("check", "contour", "patterns", "rewrite", "setup")
+NURSED = ("check", "contour", "patterns", "resume", "rewrite", "setup")
 
 _starting = threading.Lock()
 _servers = {}  # process: socket, environment it was started with
@@ -110,20 +113,9 @@ def _run(command, timeout, env, cwd, before=(), errors="strict", **how):
             check=False,
             errors=errors,
         )
-    order = json.dumps(
-        {
-            "nursery": False,
-            "execute": False,
-            **how,
-            "argv": command,
-            "cwd": os.path.abspath(cwd or os.getcwd()),
-            "env": env,
-        }
-    ).encode()
     ends = [os.pipe() for _ in range(3)]  # standard output and error, and the server's word of the end
     with open(os.devnull, "r+b") as nowhere:
-        theirs = [nowhere.fileno(), ends[0][1], ends[1][1], ends[2][1]]
-        socket.send_fds(server, [order], theirs)
+        _ask(server, [nowhere.fileno(), *(write for _, write in ends)], command, cwd, env, **how)
     for _, write in ends:
         os.close(write)
     try:
@@ -133,6 +125,35 @@ def _run(command, timeout, env, cwd, before=(), errors="strict", **how):
             os.close(read)
     status = int(word.split()[1])
     return subprocess.CompletedProcess(command, status, out.decode(errors=errors), said.decode(errors=errors))
+
+
+def _ask(server, handles, command, cwd, env, **how):
+    """Send the server an order."""
+    order = {
+        "nursery": False,
+        "execute": False,
+        "nurse": False,
+        **how,
+        "argv": command,
+        "cwd": os.path.abspath(cwd or os.getcwd()),
+        "env": env,
+    }
+    socket.send_fds(server, [json.dumps(order).encode()], handles)
+
+
+@contextlib.contextmanager
+def here():
+    """Meanwhile the planner, contour subs and the reader that this process itself starts are forked."""
+    with _starting:
+        server, _started_with = _server()
+    ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    with theirs, open(os.devnull, "r+b") as nowhere:
+        _ask(server, [theirs.fileno(), *3 * [nowhere.fileno()]], [SERVER], None, dict(os.environ), nurse=True)
+    fork_popen.use(ours.detach())
+    try:
+        yield
+    finally:
+        fork_popen.leave()
 
 
 def _read(handles, command, timeout):

@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "remap"))
 from chipwise.host.halcmd import halcmd  # noqa: E402
 
 SETTLE = 4  # servo periods until an input has been read and answered
-FILL_S = 20.0  # until the map is filled again
+FILL_S = 300.0  # until the map is filled again, on a busy computer
 PREFIXES = (
     "stock-tracker.0.",
     "volumetric-feed.0.",

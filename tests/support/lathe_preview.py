@@ -6,6 +6,7 @@ import json
 import math
 import os
 import re
+import subprocess
 from typing import NamedTuple
 
 from support import ROOT, forked
@@ -56,6 +57,22 @@ def machine(folder, table="", ini="lathe.ini", geometry="", edit=None):
     if geometry:
         (folder / "lathe_tools.toml").write_text(geometry)
     return folder / ini
+
+
+def canon_calls(folder, ini):
+    """The finished rs274 that has read part.ngc of a machine's folder, remapped codes included: its stdout has the
+    canonical calls."""
+    (folder / "test.var").write_text("5161 0\n")
+    files = ["-i", ini, "-t", folder / "lathe.tbl", "-v", folder / "test.var", folder / "part.ngc"]
+    return subprocess.run(
+        ["rs274", "-g", *map(str, files)],
+        env={**os.environ, "HOME": str(folder)},
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
 
 
 def preview(folder, ini, program):

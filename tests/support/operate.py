@@ -33,8 +33,11 @@ class Stopped(AssertionError):
 
 
 # The sandbox ends with its command. [c]: not the shell itself.  LinuxCNC does not wait until a monitor that a step has
-# started by hand has kept the stock.
-MONITOR_ENDS = 'for i in $(seq 600); do pgrep -f "[c]hipwise monitor" >/dev/null || break; sleep 0.1; done; '
+# started by hand has kept the stock.  One that a step has stopped (T) never ends.
+MONITOR_ENDS = (
+    'for i in $(seq 6000); do ps -e -o stat,args | grep "^[^TZ].*[c]hipwise monitor" >/dev/null || break; sleep 0.1; '
+    "done; "
+)
 
 
 def operate(tmp_path, steps, ini="mill.ini", edit="", before=":", home=True, speed=SPEED, timeout=TIMEOUT_S):
@@ -121,6 +124,13 @@ class Shared:
             if self.found[name] is failure:
                 return
             answers = answers[len(scene) + 1 :]
+
+
+def printed(answer):
+    """What the program of a step printed last, as JSON; its answer: (status, text)."""
+    status, text = answer
+    assert status == 0, text
+    return json.loads(text.splitlines()[-1])
 
 
 def scene_of(item):

@@ -22,6 +22,7 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 ITEMS = os.path.join(ROOT, "remap", "chipwise", "panel", "colours.toml")
 SIZE = (1024, 768)
 WAIT_S = 200.0
+LATE = ("No answer from LinuxCNC", "Keine Antwort von LinuxCNC")
 STARTS = 3  # selenium gives chromedriver 30 s, and that chromium 60 s, which a busy computer may need
 AHEAD_S = 380.0  # the process that reads the path is a nice one, and the cut of test_panel_browser.py takes 420 s
 # Pixels of the canvas along its middle column, from the top, and along a row at a share of its height.
@@ -131,6 +132,15 @@ def picture(url, path, folder, dark=False, section="", reached="true"):
 
 
 def figures(driver):
+    """What the page shows while it has an answer: a busy computer may be late with one for a moment, and the page says
+    so."""
+    end = time.monotonic() + WAIT_S
+    while (found := shown(driver))["status"] in LATE:
+        assert time.monotonic() < end, found
+    return found
+
+
+def shown(driver):
     return {
         name: driver.find_element("id", name).text
         for name in (

@@ -13,6 +13,7 @@ from chipwise.clib.library import library
 from chipwise.stock.path_done import PathDone
 from chipwise.stock.shared import SharedStock
 from support.panel_client import request
+from support.scenes import SCENE
 
 TOKEN = "correct-horse-7"
 
@@ -151,17 +152,7 @@ def serving(token="", address="127.0.0.1", items=None, lines=None, ahead=None, *
 
 def scene(program, **changed):
     """The scene that LinuxCNC shows of a loaded program (chipwise.panel.look_ahead); machine units."""
-    return {
-        "program": str(program),
-        "index": 1,
-        "offset": [0.0] * 3,
-        "g92": [0.0] * 3,
-        "turn": 0.0,
-        "tool": 1,
-        "codes": "G21 G17 G90 G91.1",
-        "block_delete": False,
-        **changed,
-    }
+    return {**SCENE, "program": str(program), "codes": "G21 G17 G90 G91.1", **changed}
 
 
 def asking(mdi):

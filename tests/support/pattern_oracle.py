@@ -18,6 +18,17 @@ from support import canon
 STILL_MM = 1e-8  # shorter moves are not compared
 SHARES = np.linspace(0.0, 1.0, 9)[1:]
 _OWN = {1: (0, 1, 2), 3: (2, 0, 1), 2: (1, 2, 0)}  # gcode's planes: X, Y, Z of the arc's first, second and third axis
+SUB = [
+    "o100 sub",
+    "G0 X10 Y2",
+    "G0 Z2",
+    "G1 Z-1 F100",
+    "X20 F300",
+    "G3 X20 Y12 I0 J5",
+    "G1 X12 Y9 Z-2",
+    "G0 Z5",
+    "o100 endsub",
+]
 
 
 class Move:

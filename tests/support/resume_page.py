@@ -5,16 +5,9 @@ tests/resume/."""
 from dataclasses import replace
 
 from chipwise.entry import mdi
+from support.scenes import SCENE
 
-SCENE = {
-    "index": 1,
-    "offset": [0.0, 0.0, 0.0],
-    "g92": [0.0, 0.0, 0.0],
-    "turn": 0.0,
-    "tool": 1,
-    "codes": "G17 G21 G91",
-    "block_delete": False,
-}
+PAGE_SCENE = {**SCENE, "codes": "G17 G21 G91"}
 OPTIONS = {"line": None, "seconds": 0, "broke": False}
 
 
@@ -22,7 +15,7 @@ class Mdi:
     """entry/mdi.py of a machine that the test sets by hand."""
 
     def __init__(self, program):
-        self.state, self.offsets, self.opened = mdi.State(program=str(program)), SCENE, []
+        self.state, self.offsets, self.opened = mdi.State(program=str(program)), PAGE_SCENE, []
 
     def read(self):
         return self.state

@@ -3,7 +3,6 @@
 tests/panel/."""
 
 import os
-import subprocess
 import time
 
 from chipwise.program.reader import Machine
@@ -11,7 +10,7 @@ from chipwise.resume import run as resume
 from chipwise.resume import stocks, walk
 from chipwise.rewrite.program import read
 from chipwise.tool_data.geometry import load_tools
-from support import ROOT
+from support import ROOT, forked
 from support.resume_oracle import Run, make_machine, write_journal
 from support.resume_programs import SUBS
 
@@ -59,14 +58,8 @@ class Stop:
 
     def resume(self, *options, program=None):
         """(status, stdout, stderr)."""
-        done = subprocess.run(
-            [CHIPWISE, "resume", str(program or self.program), "--ini", str(self.ini), *options],
-            text=True,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            timeout=300,
-            check=False,
-        )
+        command = [CHIPWISE, "resume", str(program or self.program), "--ini", str(self.ini), *options]
+        done = forked.run(command, timeout=300)
         assert "Traceback" not in done.stdout + done.stderr and "internal error" not in done.stderr
         return done.returncode, done.stdout, own_words(done.stderr)
 

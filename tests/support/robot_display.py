@@ -11,63 +11,56 @@ joints of every servo period, as halsampler writes them.
 import json
 import os
 import subprocess
+import sys
 import time
 
-import linuxcnc
+sys.path[:0] = [os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", folder) for folder in ("../remap", "")]
 
-PATIENCE_S = 120
-IDLE_POLLS = 20  # a program that has been idle so often is over, however short it was
+import hal  # noqa: E402
 
+from chipwise.headless import session  # noqa: E402
 
-def until(command, stat, done):
-    """Wait for a state; raises TimeoutError."""
-    end = time.monotonic() + PATIENCE_S
-    while time.monotonic() < end:
-        stat.poll()
-        if done():
-            return
-        time.sleep(0.01)
-    raise TimeoutError(str(done))
+from support.display_program import WAIT_S, ProgramSteps  # noqa: E402
 
 
-def run(command, stat, errors, program):
-    """Run a program to its end."""
-    command.mode(linuxcnc.MODE_AUTO)
-    command.wait_complete()
-    command.program_open(program)
-    command.wait_complete()
-    found, idle = [], 0
+class Robot(ProgramSteps):
+    """errors: all messages since the last program, of any kind."""
 
-    def more():
-        while error := errors.poll():
-            found.append(error[1])
-        return bool(found)
+    def __init__(self):
+        session.wait_for_task(time.monotonic() + session.STEP_TIMEOUT_S)
+        self.machine = session.Session(float("inf"))
+        self.component = hal.component("robot-display")  # hal.get_value wants one
+        self.component.ready()
+        self.machine.switch_on()
+        self.machine.home()
 
-    def has_begun():
-        nonlocal idle
-        is_taken = stat.echo_serial_number >= command.serial
-        idle += is_taken
-        return stat.interp_state != linuxcnc.INTERP_IDLE or is_taken and more() or idle > IDLE_POLLS
-
-    command.auto(linuxcnc.AUTO_RUN, 0)
-    until(command, stat, has_begun)
-    until(command, stat, lambda: stat.interp_state == linuxcnc.INTERP_IDLE and stat.inpos)
-    more()
-    return {"errors": found, "joints": list(stat.joint_position[:6]), "pose": list(stat.position[:6])}
+    def run_to_end(self, program):
+        machine = self.machine
+        machine.errors, machine.messages = [], []
+        machine.open(program)
+        self.run()
+        self.rest("end of program")
+        status = machine.status
+        machine.wait(
+            "the place in the status",
+            lambda s: all(
+                abs(s.joint_position[k] - hal.get_value(f"joint.{k}.pos-cmd")) < 1e-9 for k in range(s.joints)
+            ),
+            WAIT_S,
+        )
+        return {
+            "errors": machine.errors + machine.messages,
+            "joints": list(status.joint_position[:6]),
+            "pose": list(status.position[:6]),
+        }
 
 
 def main():
-    command, stat, errors = linuxcnc.command(), linuxcnc.stat(), linuxcnc.error_channel()
-    command.state(linuxcnc.STATE_ESTOP_RESET)
-    command.wait_complete()
-    command.state(linuxcnc.STATE_ON)
-    command.wait_complete()
-    command.home(-1)
-    until(command, stat, lambda: all(stat.homed[: stat.joints]))
+    robot = Robot()
     sampler = subprocess.Popen(["halsampler", "-t", os.environ["CHIPWISE_SAMPLES"]], stdin=subprocess.DEVNULL)
     answers = []
     for program in json.loads(os.environ["CHIPWISE_PROGRAMS"]):
-        answers.append(run(command, stat, errors, program))
+        answers.append(robot.run_to_end(program))
         with open(os.environ["CHIPWISE_ANSWERS"], "w", encoding="utf-8") as file:
             json.dump(answers, file)
     time.sleep(0.5)

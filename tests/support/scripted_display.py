@@ -106,7 +106,7 @@ from support.servo_record import Record, RecordError  # noqa: E402
 BEGINNING = ("start", "begin", "run from", "run_from", "mdi quietly", "resume", "reverse", "forward")
 LOOKING = ("until", "over", "sleep", "pins", "program")  # these do nothing to the machine
 STARTED = f"chipwise: version {version()} is running"
-SENT_S = 1.0  # that the task sends no move
+SENT_S, SENT_TURNS = 1.0, 40  # that the task sends no move, and how often it has been at work meanwhile
 SETTLE_S = 0.3  # the monitor's messages come this late at most,
 SETTLED_S = SETTLE_S * session.SPEED  # where a step asks for them: in real time
 # In real time, however fast the clock is: a busy computer takes that longer.
@@ -142,6 +142,7 @@ class Operator(ProgramSteps, ProcessSteps):
         self.machine = session.Session(time.monotonic() + PATIENCE_S)
         self.component = hal.component("scripted-display")  # hal.get_value wants one
         self.component.ready()
+        self.let_monitor_be_late(steps)
         pins = [step[1:2] if step[0] == "until" else step[2:] for step in steps if step[0] in ("until", "over")]
         period_ns = linuxcnc.ini(os.environ["INI_FILE_NAME"]).find("EMCMOT", "SERVO_PERIOD")
         self.record = Record(dict.fromkeys(sum(pins, [])), int(period_ns) / 1e9)
@@ -173,13 +174,13 @@ class Operator(ProgramSteps, ProcessSteps):
             let_go.join()
 
     def let_go_when_sent(self):
-        """100 % as soon as there are moves, and have been as many for SENT_S."""
-        status, last, since = linuxcnc.stat(), (0, 0), time.monotonic()
-        while not last[0] or time.monotonic() - since < SENT_S:
+        """100 % as soon as there are moves, and have been as many for SENT_S and SENT_TURNS."""
+        status, last, since, turns = linuxcnc.stat(), (0, 0), time.monotonic(), 0
+        while not last[0] or time.monotonic() - since < SENT_S or 0 <= (self.task_turns() or 0) - turns < SENT_TURNS:
             status.poll()
             now = status.queue, status.read_line
             if now != last:
-                last, since = now, time.monotonic()
+                last, since, turns = now, time.monotonic(), self.task_turns() or 0
             time.sleep(0.02)
         self.machine.command.feedrate(1.0)
         self.machine.command.rapidrate(1.0)
@@ -226,6 +227,7 @@ class Operator(ProgramSteps, ProcessSteps):
         time.sleep(SETTLE_S if text else settle_s)
         if text is None:
             self.monitor_looks(before)
+            self.task_looks()  # what it hands on of motion and chipwise-monitor
         self.machine.poll()
         end = time.monotonic() + WAIT_S
         while text is not None and not any(text in one for one in said()) and time.monotonic() < end:
@@ -254,8 +256,9 @@ class Operator(ProgramSteps, ProcessSteps):
         while abs(machine.status.position[axis] - there) > 1e-6 and time.monotonic() < end:
             lowest = min(lowest, float(self.pins("volumetric-feed.0.adaptive-feed")[0]))
             machine.poll()
-        machine.wait("end of jog", lambda s: s.inpos)
-        time.sleep(0.5)  # the task still treats it as jogging
+        self.rest("end of jog")
+        time.sleep(0.5)  # the task still treats it as jogging,
+        self.task_looks()  # until it has seen the end
         return [lowest]
 
     def pins(self, *names):
@@ -300,8 +303,12 @@ class Operator(ProgramSteps, ProcessSteps):
         ]
 
     def sleep(self, seconds):
+        before = hal.get_value(BEAT_PIN) if hal.component_exists("chipwise-monitor") else None
         time.sleep(seconds)
         self.record.pass_by(seconds if self.record.columns else 0)
+        self.machine.poll()
+        if session.is_at_rest(self.machine.status):  # a program would go on meanwhile
+            self.monitor_looks(before)
 
     def mdi_end(self):
         self.rest("end of the line")
@@ -350,15 +357,16 @@ class Operator(ProgramSteps, ProcessSteps):
         return [seen.removed, name]
 
     def estop(self):
-        self.machine.command.state(linuxcnc.STATE_ESTOP)
-        self.machine.wait("E-stop", lambda s: s.task_state == linuxcnc.STATE_ESTOP and s.current_vel < 1e-9)
+        self.machine.set_state(linuxcnc.STATE_ESTOP, "E-stop", lambda s: s.task_state == linuxcnc.STATE_ESTOP)
+        self.machine.wait("standstill", self.stands)
         time.sleep(0.1)
         self.end_is_seen()
 
     def off(self):
-        self.machine.command.state(linuxcnc.STATE_OFF)
-        self.machine.wait("off", lambda s: s.task_state != linuxcnc.STATE_ON and s.current_vel < 1e-9)
+        self.machine.set_state(linuxcnc.STATE_OFF, "off", lambda s: s.task_state != linuxcnc.STATE_ON)
+        self.machine.wait("standstill", self.stands)
         time.sleep(0.1)
+        self.end_is_seen()
 
     def on(self):
         self.machine.switch_on()

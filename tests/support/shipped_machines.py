@@ -7,7 +7,7 @@ import re
 import subprocess
 import time
 
-from support import samples
+from support import buried_tip, samples
 from support.shipped_machine import LOGS, SHARE, TREE
 from support.shipped_person import KEY, Person, scripted, text_of, wait
 from support.shipped_screen import Keys, picture, start_x
@@ -199,3 +199,12 @@ def refused(seconds=60):
         CHIPWISE_ANSWERS=op.home + "/answers.json",
     )
     return {"status": op.until_ended(seconds), "said": op.said()}
+
+
+def buried(ini, mm):
+    """A length that places the tip in the stock; mm: how many are a unit of this machine.
+
+    -> the answers to the steps of buried_tip.py, and those of a second start."""
+    op = Person()
+    ini = op.edit(ini, scripted("DISPLAY = axis"), name="scripted.ini")
+    return [op.steps(ini, [["home"], *buried_tip.steps(mm)])[1:] for _ in range(2)]

@@ -6,7 +6,35 @@ import zlib
 
 import numpy as np
 
+from chipwise.cycles.surface import SurfaceRequest
 from chipwise.surface.model import Placing, read_model
+
+
+START = (-10.0, -10.0, 30.0)  # where the tool is before a request()
+
+
+def request(file, **fields):
+    """A SurfaceRequest of a model's file, with a tool and other fields of its own."""
+    known = dict(
+        file=file,
+        stamp=(),
+        placing=Placing(),
+        bottom=None,
+        clearance=None,
+        step=2.0,
+        feed=600.0,
+        plunge_feed=200.0,
+        start=START,
+        stock_is_model=True,
+    )
+    return SurfaceRequest(**{**known, **fields})
+
+
+def model_files(folder, **more):
+    """{name: STL file in a folder} of hills, of a box on a box, and of more triangles."""
+    step = np.concatenate([box((0, 0, -5), (25, 20, 0)), box((6, 6, 0), (15.3, 14.1, 4))])
+    shapes = {"waves": waves(25, 25.0), "step": step, **more}
+    return {name: write_stl(folder / f"{name}.stl", triangles) for name, triangles in shapes.items()}
 
 
 def model_of(triangles, folder=None, **placing):
@@ -15,6 +43,11 @@ def model_of(triangles, folder=None, **placing):
 
     with tempfile.TemporaryDirectory() as scratch:
         return read_model(write_stl(f"{folder or scratch}/model.stl", triangles), Placing(**placing))
+
+
+def triangles_in(file):
+    """The triangles of a file, as read."""
+    return triangles_of(read_model(file, Placing()))
 
 
 def triangles_of(model):

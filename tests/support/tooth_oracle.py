@@ -16,6 +16,7 @@ from chipwise.clib import core, layout
 PERIOD, ACCEL = 0.001, 500.0  # s, mm/s2
 ANGLES = np.radians(np.arange(-90.0, 90.01, 0.5))
 RADIAL = 0.3  # Tlusty and MacNeil 1975
+Z = -3.0  # mm, of every pass beside()
 
 
 class Plane:
@@ -62,6 +63,27 @@ def side_force(depth, per_tooth, flutes, kc11, mc):
     vectors = np.concatenate((one * np.exp(1j * ANGLES) * (1j + RADIAL), np.zeros(359)))  # all round, 0.5 degrees
     edges = vectors.reshape(flutes, -1).sum(axis=0)  # at the same moment
     return float(np.abs(edges).max()), float(np.abs(edges.mean()))
+
+
+def beside(diameter, share, angle, length=25.0):
+    """A pass that leaves `share` of the diameter beside a slot of the same tool."""
+    plane, along = Plane(), np.array([math.cos(angle), math.sin(angle)])
+    plane.cut([-80.0 * along, 80.0 * along], 0.5 * diameter, Z)
+    begin = np.array([-along[1], along[0]]) * diameter * share - 0.5 * length * along
+    return plane, [core.line((*begin, Z), (*(begin + length * along), Z))]
+
+
+def anywhere(rng, cell, inner, depth):
+    """(stock, place, direction): stock that begins `inner` mm beside a path through a random place, and is cut away to
+    below `depth` on the other side; the tool is near the middle of a cell or not, and goes in any direction."""
+    angle, place = rng.uniform(0.0, 2.0 * math.pi), rng.uniform(-3.0, 3.0, 2) * cell
+    along, aside = np.array([math.cos(angle), math.sin(angle)]), np.array([-math.sin(angle), math.cos(angle)])
+    stock = core.Stock((-16.0, -16.0, -10.0), (16.0, 16.0, 0.0), cell)
+    begin = place + aside * (inner - 50.0)
+    core.Cutter(stock, core.Tool(100.0), (*(begin - 60.0 * along), -depth - 1.0)).to(
+        (*(begin + 60.0 * along), -depth - 1.0)
+    )
+    return stock, place, along
 
 
 class Limits:

@@ -7,6 +7,7 @@ So gouges are those of the point; air and rapids are those of the insert that ch
 
 import os
 import re
+import signal
 import subprocess
 
 import numpy as np
@@ -16,7 +17,8 @@ from support.turning_oracle import moves
 from support.turning_paths import distances
 from support.turning_random import reversed_chain, words
 
-LIMIT_S = 10.0  # of computing: an endless loop has more
+LIMIT_S = 10  # of computing: an endless loop has more
+WAIT_S = 600.0
 
 
 def chain_of(case):
@@ -65,16 +67,18 @@ def run(case, depth, folder):
     (folder / "g71.var").write_text("5161 0\n")
     try:
         done = subprocess.run(
-            ["rs274", "-g", "-v", str(folder / "g71.var"), str(folder / "g71.ngc")],
+            ["prlimit", f"--cpu={LIMIT_S}", "rs274", "-g", "-v", str(folder / "g71.var"), str(folder / "g71.ngc")],
             env={**os.environ, "HOME": str(folder)},
             cwd=folder,
             stdin=subprocess.DEVNULL,
             capture_output=True,
             text=True,
-            timeout=LIMIT_S,
+            timeout=WAIT_S,
             check=False,
         )
     except subprocess.TimeoutExpired:
+        return "", "endless"
+    if done.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
         return "", "endless"
     error = "" if "PROGRAM_END" in done.stdout else (done.stdout.splitlines() or [""])[-1] + done.stderr
     return "\n".join(["T1", *_lines(done.stdout)]), error

@@ -3,14 +3,12 @@
 refusals."""
 
 import math
-import os
 import re
-import subprocess
 
 import pytest
 
 from chipwise import cli
-from support.lathe_preview import machine, preview
+from support.lathe_preview import canon_calls, machine, preview
 from support.turning_paths import distances, polyline
 
 SHAFT = (
@@ -234,26 +232,7 @@ def test_units_that_change_after_the_last_move(lathe):
 def test_the_tolerance_of_the_path_mode_comes_back(tmp_path):
     ini = machine(tmp_path, TABLE)
     (tmp_path / "part.ngc").write_text(program(more="G64 P0.02 Q0.01"))
-    (tmp_path / "test.var").write_text("5161 0\n")
-    done = subprocess.run(
-        [
-            "rs274",
-            "-g",
-            "-i",
-            str(ini),
-            "-t",
-            str(tmp_path / "lathe.tbl"),
-            "-v",
-            str(tmp_path / "test.var"),
-            str(tmp_path / "part.ngc"),
-        ],
-        env={**os.environ, "HOME": str(tmp_path)},
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
+    done = canon_calls(tmp_path, ini)
     modes = [
         line.split(" ", 1)[1]
         for line in re.findall(r"N\S+ (?:SET_MOTION_CONTROL_MODE|SET_NAIVECAM_TOLERANCE).*", done.stdout)

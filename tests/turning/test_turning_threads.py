@@ -6,13 +6,12 @@ import math
 import os
 import random
 import re
-import subprocess
 
 import pytest
 
 from chipwise import cli
 from support import ROOT
-from support.lathe_preview import machine, preview
+from support.lathe_preview import canon_calls, machine, preview
 from support.random_cases import random_count, random_seed, write_replay
 from support.threads import M20, NUT, clean, judged, lowered, passes, program, sub
 
@@ -311,26 +310,7 @@ def test_the_feed_per_revolution_comes_back_after_a_thread(tmp_path, lathe):
     (tmp_path / "part.ngc").write_text(
         program(spindle="G95 G97 S800 M3", words="I0.3 D1.5 F0.2 E0.1").replace("(end)", "(end)\nG1 X70")
     )
-    (tmp_path / "test.var").write_text("5161 0\n")
-    done = subprocess.run(
-        [
-            "rs274",
-            "-g",
-            "-i",
-            str(lathe),
-            "-t",
-            str(tmp_path / "lathe.tbl"),
-            "-v",
-            str(tmp_path / "test.var"),
-            str(tmp_path / "part.ngc"),
-        ],
-        env={**os.environ, "HOME": str(tmp_path)},
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
+    done = canon_calls(tmp_path, lathe)
     calls = [line.split(" ", 1)[1] for line in re.findall(r"N\S+ .*", done.stdout)]
     deepest = [k for k, call in enumerate(calls) if call.startswith(f"STRAIGHT_FEED({10 - 0.61343 * 1.5:.4f},")]
     after = calls[deepest[-1] :]
