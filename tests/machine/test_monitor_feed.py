@@ -23,25 +23,19 @@ START = (
 SLOTS = START + "G1 X140\nG0 Z10\nG0 X160 Y45\nG0 Z-4\nG1 X60\nG0 Z10\nM252\nG1 X20\nM2\n"
 CHANGED = START + "G1 X140\nG0 Z10\nT8 M6\nG0 X-10 Y45\nG0 Z-4\nG1 X100\nG0 Z10\nM252\nM2\n"
 SEEN = ["motion.current-vel", "volumetric-feed.0.mode"]
-# Another monitor, which a busy computer may keep from running for more than a second
-ANOTHER = [
-    ["pause"],
-    ["hal", "setp", "stock-tracker.0.monitor-timeout", f"{300 * SPEED:g}"],
-    ["start_monitor"],
-    ["until", READY, "=", 1],
-    ["resume"],
-]
+# Another monitor
+ANOTHER = [["pause"], ["start_monitor"], ["until", READY, "=", 1], ["resume"]]
 CUTTING = ["until", "axis.x.pos-cmd", ">", 15]
 
 
 def begun(program):
     """Steps up to the monitor's death in the first slot, and its being noticed."""
     return [
-        ["hal", "setp", "stock-tracker.0.monitor-timeout", f"{TIMEOUT_S:g}"],
         ["start", program],
         CUTTING,
         ["over", 0.5, *SEEN],
         ["kill_monitor"],
+        ["watch_monitor", TIMEOUT_S],
         ["until", FAULT, "=", 16],
     ]
 
@@ -52,13 +46,13 @@ def test_killed_in_a_full_slot(tmp_path):
         *_,
         before,
         _kill,
+        _watch,
         _fault,
         lost,
         _y,
         _x,
         later,
         _pause,
-        _patient,
         _start,
         _well,
         _on,
@@ -102,13 +96,13 @@ def test_another_tool_meanwhile(tmp_path):
         *_,
         before,
         _kill,
+        _watch,
         _fault,
         _change,
         _y,
         _feeds,
         lost,
         _pause,
-        _patient,
         _start,
         _well,
         _on,

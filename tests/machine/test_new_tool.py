@@ -11,8 +11,6 @@ from support.operate import BOX, Shared
 pytestmark = pytest.mark.machine
 
 STARVED = Shared("a new tool")
-# s of the machine's clock, until nothing waits: a busy computer takes its time for the steps behind STOP
-LONG, SHORT = (["hal", "setp", "stock-tracker.0.monitor-timeout", seconds] for seconds in ("2000", "60"))
 BESIDE = [
     ["mdi", "T1 M6"],
     ["mdi", BOX],
@@ -20,7 +18,6 @@ BESIDE = [
     ["mdi", "G0 Z-3"],
     ["until", "stock-tracker.0.ready", "=", 1],
     ["errors"],
-    LONG,
 ]
 STOP, GO_ON = ["signal_monitor", "STOP"], ["signal_monitor", "CONT"]
 WAITS = ["until", "chipwise-guard.0.waits", "=", 1]
@@ -62,7 +59,7 @@ RADIUS = 6.0  # of tool 8
 def test_a_traverse_waits_and_is_guarded_then(answers, change):
     """Nothing moves but what a period takes; a message says so; then the free traverse goes on, and the next one is
     stopped before the stock."""
-    told, place, waits, _go, _stop, stopped, guard, _abort, last, removed = answers[10:]
+    told, place, waits, _go, _stop, stopped, guard, _abort, last, removed = answers[9:]
     assert len(told) == 1 and TOLD in told[0]
     assert place == pytest.approx([-30, 20, -3], abs=0.05)
     assert waits == ["TRUE", "FALSE", "TRUE", "TRUE", "TRUE"] and guard == ["FALSE", "TRUE", "TRUE", "TRUE", "FALSE"]
@@ -85,10 +82,11 @@ def test_a_program_goes_on_by_itself(answers):
     STARVED,
     [
         *BESIDE,
-        SHORT,
         STOP,
         ["start", INTO.format("T8 M6")],
         WAITS,
+        ["errors", TOLD],
+        ["watch_monitor"],
         ["until", "stock-tracker.0.fault-code", "=", 16],
         ["until", "axis.x.pos-cmd", ">", 29.9],
         ["errors", DEAD],
@@ -100,8 +98,8 @@ def test_a_program_goes_on_by_itself(answers):
 )
 def test_a_monitor_that_stays_silent_holds_nothing_for_ever(answers):
     """After its timeout the fault that there is for it, as the message says; traverses go on without a guard."""
-    said = answers[-6]
-    assert len(said) == 2 and TOLD in said[0] and DEAD in said[1], said
+    told, said = answers[9], answers[-6]
+    assert len(told) == len(said) == 1 and TOLD in told[0] and DEAD in said[0], (told, said)
     assert answers[-5] == ["FALSE"] * 5 and answers[-4] == [] == answers[-1]
 
 
@@ -130,7 +128,7 @@ def test_a_monitor_that_stays_silent_holds_nothing_for_ever(answers):
 def test_it_can_be_stopped_meanwhile(answers, button):
     """Nothing holds then; a traverse of MDI waits too, and goes on.  What LinuxCNC itself says of the button is read
     before."""
-    assert answers[12][:4] == ["FALSE"] * 4
+    assert answers[11][:4] == ["FALSE"] * 4
     assert answers[-3][0] == pytest.approx(-40, abs=1e-5) and answers[-3][2] == pytest.approx(-3, abs=1e-5)
     assert [text for text in answers[-2] if TOLD not in text] == [] and answers[-1] == pytest.approx(
         [-40, 20, 10], abs=0.05
@@ -150,7 +148,7 @@ def test_it_can_be_stopped_meanwhile(answers, button):
     ],
 )
 def test_a_feed_waits_for_none(answers):
-    assert answers[10] == ["FALSE"] * 4 + ["TRUE"] and answers[11] == []
+    assert answers[9] == ["FALSE"] * 4 + ["TRUE"] and answers[10] == []
 
 
 @pytest.mark.scene(
@@ -167,7 +165,7 @@ def test_a_feed_waits_for_none(answers):
     ],
 )
 def test_nothing_waits_without_a_guard(answers):
-    assert answers[10] == [] and answers[11] == ["FALSE"] * 4 + ["TRUE"]
+    assert answers[9] == [] and answers[10] == ["FALSE"] * 4 + ["TRUE"]
 
 
 @pytest.mark.scene(

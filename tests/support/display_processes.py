@@ -22,10 +22,9 @@ HAL_ANSWERS_S = 3.0
 WORKS_S = 2.0  # between two questions whether chipwise-monitor is there and works
 BEAT_PIN = "chipwise-monitor.heartbeat"  # counts its looks
 TASK_TURNS = 4  # of LinuxCNC's task: it has seen what there was before, and has told of it
-# Steps that are about a monitor that has no processor, or is gone; in all others it may be silent for as long as a busy
-# computer makes it
-SILENT = ("busy", "freeze_worker", "kill", "kill_monitor", "kill_monitor_in", "kill_worker", "signal_monitor")
-SILENT_S = 300.0
+TIMEOUT_PIN, FAULT_PIN, UNWATCHED = "stock-tracker.0.monitor-timeout", "stock-tracker.0.fault-code", 16
+SILENT_S = 300.0 * session.SPEED  # it may be silent if no step is about that: a busy computer lets it wait
+DEAD = "chipwise: chipwise-monitor does not answer"
 LOOKS = 6  # an idle computer lets it have more in the shortest wait of a step
 
 
@@ -113,12 +112,32 @@ class ProcessSteps:
         both = {pid: parent_of(pid) for pid in processes.pids() if processes.command_line(pid)[-1:] == [b"monitor"]}
         return [pid for pid, parent in both.items() if both.get(parent) not in both]
 
-    @staticmethod
-    def let_monitor_be_late(steps):
-        """A late monitor raises a fault only where a step is about that."""
-        is_about_it = any(step[0].replace(" ", "_") in SILENT for step in steps)
-        if hal.component_exists("chipwise-monitor") and not is_about_it:
-            halcmd.attempt("setp", "stock-tracker.0.monitor-timeout", f"{SILENT_S * session.SPEED:g}")
+    def let_monitor_be_late(self):
+        """It may, until watch_monitor(); what was said of one that was late at the start is forgotten."""
+        self.timeout_s, self.is_watched = None, False
+        if hal.component_exists("chipwise-monitor"):
+            self.timeout_s, self.is_watched = hal.get_value(TIMEOUT_PIN), True
+            hal.set_p(TIMEOUT_PIN, f"{SILENT_S:g}")
+            self.monitor_is_back()
+            self.task_looks()
+            self.machine.poll()
+            self.machine.errors = [text for text in self.machine.errors if not text.startswith(DEAD)]
+
+    def watch_monitor(self, seconds=None):
+        """Behind the step that has stopped or killed it, so that no fault can be there before."""
+        hal.set_p(TIMEOUT_PIN, f"{seconds or self.timeout_s:.17g}")
+        self.is_watched = True
+
+    def monitor_is_back(self):
+        """It has been told to go on, or there is another one: as soon as its fault is over it may be late again, and no
+        second one comes."""
+        if self.is_watched:
+            self.machine.wait("chipwise-monitor is back", lambda _s: hal.get_value(FAULT_PIN) != UNWATCHED, WAIT_S)
+            hal.set_p(TIMEOUT_PIN, f"{SILENT_S:g}")
+            self.is_watched = False
+
+    def monitor_costs(self):
+        return [sum(map(processes.cpu_s, self.monitors())), hal.get_value(BEAT_PIN)]
 
     def kill_monitor(self):
         kill(self.monitors())
@@ -190,6 +209,7 @@ class ProcessSteps:
     def thaw_worker(self):
         for process in self.frozen:
             send(process, signal.SIGCONT)
+        self.monitor_is_back()
 
     def busy(self, number):
         for _ in range(number):
@@ -208,6 +228,8 @@ class ProcessSteps:
     def signal_monitor(self, name):
         for process in self.monitors():
             stop(process) if name == "STOP" else send(process, getattr(signal, "SIG" + name))
+        if name == "CONT":
+            self.monitor_is_back()
 
     def kill_monitor_in(self, line, what, seconds):
         monitors = self.monitors()
@@ -260,6 +282,7 @@ class ProcessSteps:
             self.machine.wait("a new chipwise-monitor", ready, WAIT_S)
         except session.SessionError as error:
             raise session.SessionError(f"{error}; {self.what_it_does(started.pid)}") from error
+        self.monitor_is_back()
 
     @staticmethod
     def what_it_does(pid):

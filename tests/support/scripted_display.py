@@ -24,6 +24,9 @@
     ["kill_monitor"]
     ["kill_worker"]                 only the process of chipwise-monitor that does the work
     ["signal_monitor", "STOP" or "CONT"]    to its processes, at once
+    ["watch_monitor"]               from now on it is a fault if chipwise-monitor is silent for the time-out that
+    `chipwise load` sets; before, and when one is back (start_monitor, CONT, thaw_worker), it may be for SILENT_S
+    ["watch_monitor", seconds]      the same with another time-out
     ["freeze_worker"], ["thaw_worker"]   stop that process with SIGSTOP, let it go on
     ["kill_monitor_in", line, what, seconds]    begin an MDI line; kill the monitor so long after it has begun to "hold"
                                     the map, or to write a file in the folder `what`; the line goes on.
@@ -32,6 +35,7 @@
     stopped meanwhile
     ["busy", number]                so many processes that do nothing but work, until the end
     ["start_monitor"]               as from a shell, without LinuxCNC's environment; waits until it is ready
+    ["monitor_costs"]               answer: [s of computing time that it has taken so far, its looks]
     ["mdi_end"]                     wait for the end of that line; answer: the operator errors it raised
     ["map_sum"]                     answer: [checksum of the map's cells, mm3 removed]
     ["messages"]                    answer: messages other than errors since the start, without the start line
@@ -142,7 +146,7 @@ class Operator(ProgramSteps, ProcessSteps):
         self.machine = session.Session(time.monotonic() + PATIENCE_S)
         self.component = hal.component("scripted-display")  # hal.get_value wants one
         self.component.ready()
-        self.let_monitor_be_late(steps)
+        self.let_monitor_be_late()
         pins = [step[1:2] if step[0] == "until" else step[2:] for step in steps if step[0] in ("until", "over")]
         period_ns = linuxcnc.ini(os.environ["INI_FILE_NAME"]).find("EMCMOT", "SERVO_PERIOD")
         self.record = Record(dict.fromkeys(sum(pins, [])), int(period_ns) / 1e9)
