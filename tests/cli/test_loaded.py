@@ -2,11 +2,11 @@
 """The messages about G93 and M73 when a program is opened."""
 
 import os
-import time
 
 import pytest
 
 from chipwise.monitor.loaded_program import LoadedProgram, lines_of
+from support.computing import least_s
 
 
 @pytest.mark.parametrize(
@@ -86,7 +86,9 @@ def test_hostile_files(tmp_path):
     large.write_bytes(b"G1 X93.5 Y9 Z73\n" * 1_000_000)
     binary = tmp_path / "binary"
     binary.write_bytes(os.urandom(100_000).replace(b"3", b"x"))
-    started = time.process_time()
-    for path in (fifo, "/dev/zero", large, binary, tmp_path, tmp_path / "none", "/dev/null", "a\0b"):
-        assert lines_of(str(path)) == {}
-    assert time.process_time() - started < 2.0
+
+    def find():
+        for path in (fifo, "/dev/zero", large, binary, tmp_path, tmp_path / "none", "/dev/null", "a\0b"):
+            assert lines_of(str(path)) == {}
+
+    assert least_s(find, 2.0)[1] < 2.0
