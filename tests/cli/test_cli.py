@@ -6,6 +6,7 @@ import importlib
 import os
 import re
 import shutil
+import signal
 import subprocess
 
 import pytest
@@ -170,11 +171,56 @@ def test_what_linuxcnc_calls_ends_in_a_shell_without_linuxcnc(command):
 
 
 def test_errors_have_no_traceback():
-    for arguments in (["demo", "/no/such/file.ngc"], ["demo", "--speed", "-1", __file__]):
+    for status, arguments in (
+        (2, ["demo", "/no/such/file.ngc"]),
+        (2, ["demo", ROOT]),
+        (1, ["demo", "--speed", "-1", __file__]),
+    ):
         done = chipwise(*arguments)
-        assert done.returncode == 1
+        assert done.returncode == status
         assert done.stderr.startswith("chipwise: ")
         assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("name", sorted(cli.COMMANDS))
+def test_a_wrong_option_is_answered_in_one_line(name):
+    done = chipwise(name, "--no-such-option")
+    assert done.returncode == 2 and done.stderr.startswith(f"chipwise: {name}: "), done.stderr
+    assert done.stderr.endswith(f"; see chipwise {name} --help\n") and done.stderr.count("\n") == 1, done.stderr
+
+
+FINDER = """import signal, sys
+class Finder:
+    def find_spec(name, *_more):
+        if name == "{module}":
+            try:
+                signal.raise_signal(signal.SIGINT)
+            except BaseException:
+                raise {raised}
+sys.meta_path.insert(0, Finder)
+"""
+
+
+@pytest.mark.parametrize(
+    "module, raised, status",
+    [
+        ("chipwise.cli", "", -signal.SIGINT),
+        ("chipwise.cli.check", "", 130),
+        ("chipwise.cli.check", "ImportError('by an extension') from None", 130),
+    ],
+)
+def test_ctrl_c_while_it_starts(tmp_path, module, raised, status):
+    """Also where an extension module that is being imported makes an ImportError of it."""
+    (tmp_path / "sitecustomize.py").write_text(FINDER.format(module=module, raised=raised))
+    done = subprocess.run(
+        [os.path.join(ROOT, "bin", "chipwise"), "check", "none.ngc"],
+        text=True,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )  # ignored below a background shell
+    assert (done.returncode, done.stdout, done.stderr) == (status, "", "")
 
 
 def test_constant_feed_program():

@@ -4,6 +4,7 @@
 import math
 import os
 import shutil
+import signal
 import subprocess
 from pathlib import Path
 
@@ -100,12 +101,36 @@ def test_a_machine_with_includes_from_another_folder(program, tmp_path):
     assert os.listdir(home) == [".tool.mmap"] and (home / ".tool.mmap").read_text() == "of a running LinuxCNC"
 
 
+def test_ctrl_c_ends_it_without_a_traceback(program):
+    """A terminal sends it to all processes: rs274 with Python in it, and that one's planner, print nothing."""
+    endless = program("G21\nO100 while [1]\nG1 X1 F100\nX0 F200\nO100 endwhile\nM2\n")
+    work = subprocess.Popen(
+        [ROOT / "bin/chipwise", "try", endless],
+        text=True,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )  # ignored below a background shell
+    while "STRAIGHT_FEED" not in work.stdout.readline():
+        pass
+    os.killpg(work.pid, signal.SIGINT)
+    _out, said = work.communicate(timeout=300)
+    assert (work.returncode, said.strip()) == (130, "executing"), said
+
+
 def test_what_cannot_be_tried_is_said(program, tmp_path):
     good = program("G21 G0 X1\nM2\n")
     done = chipwise_try(tmp_path / "none.ngc")
-    assert (done.returncode, done.stderr) == (2, f"chipwise: program {tmp_path}/none.ngc does not exist\n")
+    said = "No such file or directory; name a G-code program that can be read"
+    assert (done.returncode, done.stderr) == (2, f"chipwise: {tmp_path}/none.ngc: {said}\n")
+    done = chipwise_try(tmp_path)
+    said = "it is not a regular file; name a G-code program that can be read"
+    assert (done.returncode, done.stderr) == (2, f"chipwise: {tmp_path}: {said}\n")
     done = chipwise_try(good, "--ini", "/no/such.ini")
-    assert (done.returncode, done.stderr) == (2, "chipwise: INI file /no/such.ini does not exist\n")
+    said = "INI file /no/such.ini: No such file or directory; name the machine's INI file with --ini"
+    assert (done.returncode, done.stderr) == (2, f"chipwise: {said}\n")
     (tmp_path / "bad.ini").write_text("[TRAJ]\nLINEAR_UNITS = cubit\n[EMCIO]\nTOOL_TABLE = t.tbl\n")
     (tmp_path / "t.tbl").write_text("T1 P1 D1\n")
     done = chipwise_try(good, "--ini", str(tmp_path / "bad.ini"))

@@ -17,7 +17,9 @@ import argparse
 import errno
 import importlib
 import os
+import signal
 import sys
+import threading
 
 from chipwise import ROOT, version
 from chipwise.errors import NAME, of_unexpected, printable
@@ -54,6 +56,7 @@ COMMANDS = {
     "import": "import_drawing",
     "turn-over": "turn_over",
 }
+INTERRUPTED = 130  # as a shell has it
 FULL = errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO
 INTERNAL = ("display", "link", "load", "monitor")  # LinuxCNC calls them
 STARTERS = ("link", "load", "monitor")  # and does not start if one fails
@@ -68,14 +71,14 @@ def build_parser(names=tuple(COMMANDS)):
     for name in names:
         module = importlib.import_module("chipwise.cli." + COMMANDS[name])
         modules[module.NAME] = module
-        module.add_arguments(
-            subparsers.add_parser(
-                module.NAME,
-                help=module.HELP,
-                description=module.__doc__,
-                formatter_class=argparse.RawDescriptionHelpFormatter,
-            )
+        subparser = subparsers.add_parser(
+            module.NAME,
+            help=module.HELP,
+            description=module.__doc__,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
         )
+        subparser.error = refuser(module.NAME)
+        module.add_arguments(subparser)
     return parser, modules
 
 
@@ -132,6 +135,21 @@ def of_system(error):
     return str(error)
 
 
+def hear_interrupts():
+    """-> list, not empty from the first Ctrl-C on: where that cuts off the import of an extension module, what comes of
+    it is an ImportError.  Ctrl-C stays ignored where it is."""
+    heard = []
+
+    def hear(number, _frame):
+        heard.append(number)
+        raise KeyboardInterrupt
+
+    usual = signal.SIG_DFL, signal.default_int_handler  # bin/chipwise has the first one
+    if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGINT) in usual:
+        signal.signal(signal.SIGINT, hear)
+    return heard
+
+
 def fail(argv, text):
     """Say why a command fails: in a window as well where LinuxCNC has called it and only its log gets the line."""
     print(text, file=sys.stderr, flush=True)
@@ -161,6 +179,7 @@ def run(argv):
 
 def main(argv):
     """-> exit status.  Any error is one line; CHIPWISE_TRACEBACK=1 adds the traceback."""
+    heard = hear_interrupts()
     open_handles()
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="replace")  # paths need not be UTF-8
@@ -177,8 +196,10 @@ def main(argv):
         fail(argv, printable(NAME + of_system(error)))
         drop_output()
     except KeyboardInterrupt:
-        return 130
+        return INTERRUPTED
     except Exception as error:
+        if heard:
+            return INTERRUPTED
         if os.environ.get("CHIPWISE_TRACEBACK"):
             raise
         fail(argv, printable(NAME + of_unexpected(error)))

@@ -89,7 +89,7 @@ def run(options):
         arguments["simulated"] = part_of(options, arguments["machine"])
     programs = programs_of(options.programs)
     if not programs:
-        refuse("there is no program (.ngc, .nc, .tap) in the folder")
+        refuse(f"there is no program (.ngc, .nc, .tap) in the folder {' '.join(options.programs)}")
     check_outputs(
         refuse,
         {"--report": options.report, "--json": options.json},

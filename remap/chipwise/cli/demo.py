@@ -67,10 +67,9 @@ def run_once(path, options, log=None):
 
 
 def run(options):
-    from chipwise.options.machine import CommandError
+    from chipwise.options.machine import CommandError, require_file
 
-    if not os.path.isfile(options.program):
-        raise CommandError("program %s does not exist" % options.program)
+    require_file(options.program, "name a G-code program that can be read")
     if options.speed is None:
         options.speed = DEFAULT_SPEED if runner.can_run_at(DEFAULT_SPEED) else 1.0
     if not 0 < options.speed <= 20:

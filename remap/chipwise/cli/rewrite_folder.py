@@ -38,7 +38,7 @@ def run(options, arguments, refuse):
 
     programs = programs_of([options.program])
     if not programs:
-        refuse("there is no program (.ngc, .nc, .tap) in the folder")
+        refuse(f"there is no program (.ngc, .nc, .tap) in the folder {options.program}")
     try:
         os.makedirs(options.output, exist_ok=True)
     except OSError as error:

@@ -27,11 +27,10 @@ def add_arguments(parser):
 
 
 def run(options):
-    from chipwise.options.machine import UsageError
+    from chipwise.options.machine import UsageError, require_file
 
-    for path, what in ((options.program, "program"), (options.ini, "INI file")):
-        if not os.path.isfile(path):
-            raise UsageError("%s %s does not exist" % (what, path))
+    require_file(options.program, "name a G-code program that can be read")
+    require_file(options.ini, "name the machine's INI file with --ini", "INI file ")
     try:
         return 1 if rs274.run(options.program, options.ini, to=sys.stdout).returncode else 0
     except (CycleError, rs274.Rs274Error) as error:

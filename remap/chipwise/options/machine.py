@@ -11,6 +11,7 @@ import sys
 
 from chipwise import ROOT
 from chipwise.errors import CycleError, printable
+from chipwise.host.files import open_regular
 
 BAR = 30  # characters
 CELLS_MM = 0.01, 10.0
@@ -36,6 +37,14 @@ def refuser(name):
         raise UsageError(f"{name}: {text}; see chipwise {name} --help")
 
     return refuse
+
+
+def require_file(path, remedy, what=""):
+    """Raise UsageError for what cannot be read as a file."""
+    try:
+        open_regular(path, sys.maxsize).close()
+    except OSError as error:
+        raise UsageError(f"{what}{printable(path)}: {error.strerror}; {remedy}") from error
 
 
 def add_machine_options(parser, refuse):

@@ -16,6 +16,7 @@ import functools
 import os
 import re
 import shutil
+import signal
 import subprocess
 from pathlib import Path
 
@@ -87,16 +88,23 @@ def start(arguments, home, directory, call=subprocess.run, **options):
         raise Rs274Error("LinuxCNC's rs274 is not on the PATH; install linuxcnc-uspace") from None
 
 
+def deaf():
+    """In the child: Ctrl-C reaches all processes of a terminal, and the Python in rs274 would print a traceback; the
+    command ends it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
 def relayed(arguments, home, directory, to):
     """As start(), with the standard output written to the stream `to`: rs274 itself does not see that its output cannot
     be written.
 
     Raises OSError.  -> Popen that has ended"""
-    with start(arguments, home, directory, call=subprocess.Popen, stdout=subprocess.PIPE) as process:
+    options = {"call": subprocess.Popen, "stdout": subprocess.PIPE, "preexec_fn": deaf}
+    with start(arguments, home, directory, **options) as process:
         try:
             shutil.copyfileobj(process.stdout, to)
             to.flush()
-        except OSError:
+        except (OSError, KeyboardInterrupt):
             process.kill()
             raise
     return process
