@@ -131,10 +131,10 @@ def wanted(prefix):
     for part in "19":
         files("build/man/*." + part, os.path.join(prefix, "share", "man", "man" + part))
     files("build/completion/*", os.path.join(prefix, "share", "bash-completion", "completions"))
-    for page in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md"):
+    for page in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md"):
         files(page, os.path.join(prefix, "share", "doc", "chipwise"))
     for shelf in ("docs", "docs/user", "docs/design", "docs/proof"):
-        for pattern in ("/*.[ms][dv]*", "/*.png"):
+        for pattern in ("/*.[ms][dv]*", "/*.png", "/*.gif"):
             files(shelf + pattern, os.path.join(prefix, "share", "doc", "chipwise", shelf))
     for catalogue in glob.glob(os.path.join(ROOT, "build", "locale", "*", "LC_MESSAGES", "*.mo")):
         plan[os.path.join(share, os.path.relpath(catalogue, ROOT))] = catalogue

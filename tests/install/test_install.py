@@ -3,6 +3,7 @@
 
 import hashlib
 import os
+import re
 import subprocess
 
 import pytest
@@ -135,6 +136,18 @@ def test_a_file_of_a_package_is_named_with_its_package(tmp_path, monkeypatch):
         and "is of the package chipwise-data; remove that first: apt remove chipwise-data" in done.stdout
     )
     assert path.read_text() == "of the package"
+
+
+def test_links_of_the_installed_pages_lead_to_installed_files(tmp_path):
+    """Pictures too; other files of the repository are named, without a link."""
+    make("install", tmp_path)
+    pages, missing = sorted((tmp_path / "usr/local/share/doc/chipwise").rglob("*.md")), set()
+    assert len(pages) > 50
+    for page in pages:
+        for target in re.findall(r"\]\(([^)#\s]+)", page.read_text()):
+            if not re.match(r"[a-z]+:", target) and not (page.parent / target).exists():
+                missing.add((page.name, target))
+    assert not missing
 
 
 def test_build_twice_does_nothing():
