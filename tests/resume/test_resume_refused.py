@@ -111,7 +111,7 @@ def test_a_damaged_file(stop):
 
 def test_no_file(stop):
     stop.journal.unlink()
-    refused(stop, "no stock is kept in")
+    refused(stop, f"no stock is kept in {stop.journal.parent}; if this is not the folder of your machine, name its INI")
 
 
 def test_nothing_cut_and_all_cut(tmp_path):

@@ -56,7 +56,8 @@ def kept(folder):
         )
     raise Unreadable(
         f"no stock is kept in {folder}",
-        "set [CHIPWISE]KEEP_STOCK = yes for the next time, and say where to go on with --line N",
+        "if this is not the folder of your machine, name its INI file with --ini; else set [CHIPWISE]KEEP_STOCK = yes "
+        "for the next time, and say where to go on with --line N",
     )
 
 
