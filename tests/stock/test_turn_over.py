@@ -268,6 +268,12 @@ def test_damaged_files(machine, capsys):
         assert status == 2 and "delete it and save again" in capsys.readouterr().err and after == {"slot1.stock": bad}
 
 
+def test_a_folder_in_place_of_a_file(machine, capsys):
+    turn(machine, machine, "-o", "2", "--about", "x", "--corner", 0, 0, 0)
+    said = "it is not a regular file; name a stock file that can be read; see chipwise turn-over --help\n"
+    assert capsys.readouterr().err.endswith(said)
+
+
 def test_a_slot_without_a_machine(machine, monkeypatch, capsys):
     monkeypatch.delenv("INI_FILE_NAME", raising=False)
     assert turn(machine, "1", "-o", machine / "a.stock", "--about", "X", "--corner", 0, 0, 0, ini=False)[0] == 2

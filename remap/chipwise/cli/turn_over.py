@@ -99,9 +99,12 @@ def turned(options, source, target):
     from chipwise.stock import store, turn_over
 
     try:
-        head, cells = turn_over.turned_over(
-            *store.read(source), options.about, tuple(options.corner), options.allowance
-        )
+        before = store.read(source)
+    except store.StoreError as error:
+        unreadable = error.reply == store.DISK
+        refuse(f"{error}; {'name a stock file that can be read' if unreadable else reasons.REASONS[error.reply][1]}")
+    try:
+        head, cells = turn_over.turned_over(*before, options.about, tuple(options.corner), options.allowance)
         store.write(target, head, cells)
     except store.StoreError as error:
         refuse(f"{error}; {reasons.REASONS[error.reply][1]}")
