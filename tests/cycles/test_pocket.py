@@ -12,7 +12,7 @@ from support import pocket_oracle as oracle
 from chipwise.cycles import pocket as cycle
 from chipwise.errors import CycleError
 from chipwise.geometry.base import elements
-from chipwise.geometry.base.contour import ContourError, LineElement, make_contour
+from chipwise.geometry.base.contour import ArcElement, ContourError, LineElement, make_contour
 from chipwise.geometry.offset.kernel import make_pocket, pocket_ring
 from chipwise.geometry.pocket import machinable, rest_material
 from chipwise.geometry.pocket.strategies import NAMES, STRATEGIES
@@ -81,6 +81,18 @@ def test_an_island_across_the_wall(low):
     p = [(0, 0), (20, 0), (20, 15), (30, 15), (30, 0), (60, 0), (60, 40), (0, 40)]
     bump = tuple(LineElement(p[k], p[(k + 1) % 8], k + 1) for k in range(8))
     assert area_at((BOX, rectangle(20, low, 30, 15)), 3.0) == pytest.approx(area_at((bump,), 3.0), abs=1e-6)
+
+
+@pytest.mark.parametrize("strategy", [1, 2])
+@pytest.mark.parametrize("climb", [True, False])
+def test_rows_keep_from_a_round_island_wherever_its_circle_begins(strategy, climb):
+    """A whole turn has two turning points for the rows, whatever its first angle and their direction."""
+    for begin in np.radians(np.arange(0, 360, 72)):
+        p = (30.0 + 8.0 * math.cos(begin), 20.0 + 8.0 * math.sin(begin))
+        for direction, ccw in ((241.0, False), (15.0, True), (100.0, False)):
+            loops = (BOX, (ArcElement(p, p, (30.0, 20.0), ccw, 9),))
+            asked = request(loops, strategy=strategy, direction=direction, climb=climb)
+            assert oracle.gouge(case_of(asked), walked(asked), 0.5) <= oracle.TOLERANCE, (begin, direction)
 
 
 def test_random_order_and_direction_of_loops_change_nothing():

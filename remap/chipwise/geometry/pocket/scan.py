@@ -56,6 +56,10 @@ NO_AREA_MM2 = 1e-6
 # lie on one another.
 NO_LENGTH_MM = 1e-9
 
+# Start angles lie within -2 pi .. 3 pi, sweeps within 2 pi, and a direction within -pi .. pi: so many half turns from
+# there (first, and one after the last) lead to every angle of an arc.
+_HALF_TURNS = (-5, 7)
+
 # Ends of a chord that lie this near (mm) may come in either order: where a machinable region is a line.
 TIE_MM = 1e-6
 
@@ -197,7 +201,7 @@ def _monotone(e, v):
     """Pieces (element, t0, t1) of a run within which v only rises or only falls."""
     towards = np.arctan2(v[1], v[0])
     cuts = [np.zeros(len(e)), np.ones(len(e))]
-    for turn in range(-2, 5):  # start angles lie within -2 pi .. 3 pi, sweeps within 2 pi
+    for turn in range(*_HALF_TURNS):
         t = (towards + turn * np.pi - e.start_angle) / np.where(e.is_arc, e.sweep, 1.0)
         cuts.append(np.where(e.is_arc & (t > 0.0) & (t < 1.0), t, 0.0))
     cuts = np.sort(np.stack(cuts, axis=1), axis=1)
