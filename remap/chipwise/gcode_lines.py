@@ -13,6 +13,14 @@ from chipwise.moves import CALLERS_PATH, PATH, Arc, Blend, Code, Copy, Line, Mov
 DECIMALS = 6  # of a mm or an inch: arcs then close far inside LinuxCNC's 0.0283 mm and 0.1 %
 AXES = "XYZABC"
 
+# LinuxCNC refuses an arc whose radius is below 0.00005 inch (interp_arc.cc: Zero-radius arc).  mm; the rounding of an
+# inch's decimals is in it.
+LEAST_RADIUS = 0.0014
+
+# Ends of an arc within this, mm, are one place, and the arc is a whole turn.  LinuxCNC makes one of it as soon as the
+# ends that are written are equal.
+ONE_PLACE = 1e-7
+
 _CENTRE = {"G17": ((0, "I"), (1, "J")), "G18": ((0, "I"), (2, "K")), "G19": ((1, "J"), (2, "K"))}
 
 # A chunk ends at the first place to rest after so many moves.  LinuxCNC takes 50,000 to 100,000 lines a second, and
@@ -163,6 +171,7 @@ def _lines(
     writer = _Writer(unit_mm, decimals, axes)
     scale, plane, turned, has_y = writer.scale, "G17", None, len(writer.ends) == 3
     x, y, z = (round(value * scale, decimals) for value in start)
+    place = start  # mm, without rounding
     for move in moves:
         if isinstance(move, Code):
             yield move, move.text, None
@@ -174,7 +183,7 @@ def _lines(
             sheet = writer.sheet(move.moves, plane, turned)
             lines, (x, y, z) = sheet.lines(move, writer, (x, y, z))
             yield from lines
-            plane, turned = sheet.plane, sheet.turned
+            plane, turned, place = sheet.plane, sheet.turned, (x / scale, y / scale)
             continue
         was, was_turned, turned = (x, y, z), turned, move.abc
         new_x, new_y, new_z = move.end if isinstance(move, PlaneArc) else (move.x, move.y, move.z)
@@ -185,13 +194,45 @@ def _lines(
         if new_z is not None:
             z = round(new_z * scale, decimals)
         numbers = (x, y, z) if has_y else (x, z)
-        if isinstance(move, (Arc, PlaneArc)):
+        if isinstance(move, Arc) and _cannot_be_an_arc(move, place, was, (x, y), scale):
+            for line, ends in _straight(move, was, (x, y, z), scale, decimals):
+                yield line, writer.straight(line)[0] % ends, line.feed * scale
+        elif isinstance(move, (Arc, PlaneArc)):
             text, feed, plane, (a, b) = writer.arc(move, plane)
             centre = move.centre if isinstance(move, PlaneArc) else (move.cx, move.cy)
             yield move, text % (*numbers, centre[a] * scale - was[a], centre[b] * scale - was[b]), feed
         elif was != (x, y, z) or was_turned != turned:
             text, feed = writer.straight(move)
             yield move, text % numbers, feed
+        place = (place[0] if new_x is None else new_x, place[1] if new_y is None else new_y)
+
+
+def _cannot_be_an_arc(arc: Arc, place: tuple, was: tuple, end: tuple, scale: float) -> bool:
+    """Whether LinuxCNC would refuse an arc from a place (mm), or make a whole turn of it.  was, end: as written."""
+    if abs(arc.cx - place[0]) < LEAST_RADIUS and abs(arc.cy - place[1]) < LEAST_RADIUS:
+        return min(math.dist(p, (arc.cx * scale, arc.cy * scale)) for p in (was[:2], end)) < LEAST_RADIUS * scale
+    return was[:2] == end and arc.turns == 1 and math.dist(place[:2], (arc.x, arc.y)) > ONE_PLACE
+
+
+def _straight(arc: Arc, was: tuple, end: tuple, scale: float, decimals: int) -> Iterator[tuple]:
+    """(Line, its end as written) of straight moves in place of an arc: one, or one for each quarter of a turn begun."""
+    centre = (arc.cx * scale, arc.cy * scale)
+    radius, first = math.dist(was[:2], centre), math.atan2(was[1] - centre[1], was[0] - centre[0])
+    sign, count = (1.0 if arc.ccw else -1.0), 1
+    turn = sign * (math.atan2(end[1] - centre[1], end[0] - centre[0]) - first) % (2.0 * math.pi)
+    if radius < LEAST_RADIUS * scale:
+        turn = turn or 2.0 * math.pi
+        count = math.ceil(2.0 * turn / math.pi)
+    here = was
+    for k in range(1, count + 1):
+        angle = first + sign * turn * k / count
+        x, y = centre[0] + radius * math.cos(angle), centre[1] + radius * math.sin(angle)
+        z = was[2] + (end[2] - was[2]) * k / count
+        there = end if k == count else (round(x, decimals), round(y, decimals), round(z, decimals))
+        if there != here:
+            x, y, z = there
+            yield Line(x / scale, y / scale, z / scale, arc.feed, arc.line, arc.abc), there
+        here = there
 
 
 def texts(moves: Sequence[Union[Move, Copy]], start: tuple, unit_mm: float, decimals: int, path: str) -> Iterator[str]:
