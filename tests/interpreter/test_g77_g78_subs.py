@@ -228,3 +228,20 @@ def test_bad_subs(name):
     assert trace.error == f"chipwise: G77: {message}"
     assert trace.after("begin") == []
     assert sum(after[2:4]) - sum(before[2:4]) < 2.0
+
+
+@pytest.mark.parametrize("code", ["G78 Q100 P42", "G79 Q100"])
+def test_lines_of_a_sub_that_block_delete_leaves_out(code, monkeypatch):
+    """As a call of the sub would run them: with block delete on, lines that begin with / are not read."""
+    words = " Z-6 R2 F600"
+    deleted = SUB.replace("G1 X16\n", "G1 X20\n/G1 X18 Y14\n/G1 X16 Y12\nG1 X16\n")
+    wanted = {
+        "0": run_preview(program(code + words, deleted.replace("/", "")), TOOLS),
+        "1": run_preview(program(code + words, deleted.replace("/G1 X18 Y14\n/G1 X16 Y12\n", "")), TOOLS),
+    }
+    for switch, plain in wanted.items():
+        monkeypatch.setenv("BLOCK_DELETE", switch)
+        trace = run_preview(program(code + words, deleted), TOOLS)
+        assert trace.error == plain.error == ""
+        same_path(trace.between("begin", "end"), plain.between("begin", "end"), 1e-6)
+    assert len(wanted["0"].elements) != len(wanted["1"].elements)

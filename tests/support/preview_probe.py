@@ -4,8 +4,8 @@
     preview_probe.py PROGRAM UNITS_PER_MM TOOL_TABLE PARAMETER_FILE
 
 The preview is what AXIS shows; unlike the program rs274 it can be a metric machine, and it hands out full doubles.
-Environment: INI_FILE_NAME, HOME (an own one: it gets a tool table, ~/.tool.mmap), AXIS_MASK (7 without it).  Lengths
-are printed in mm.
+Environment: INI_FILE_NAME, HOME (an own one: it gets a tool table, ~/.tool.mmap), AXIS_MASK (7 without it),
+BLOCK_DELETE (1: on). Lengths are printed in mm.
 """
 
 import ctypes
@@ -108,7 +108,7 @@ class Recorder:
         return int(os.environ.get("AXIS_MASK", "7"))
 
     def get_block_delete(self):
-        return False
+        return os.environ.get("BLOCK_DELETE") == "1"
 
     def check_abort(self):
         return False

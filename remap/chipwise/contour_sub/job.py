@@ -26,6 +26,7 @@ class Job:
     close_gap       mm: a G0 of up to this length between two elements joins them
     lathe           the contour lies in ZX (G18); its first coordinate is Z, its second X; diameter: G7 where it is
                     called
+    block_delete    lines that begin with / are left out
     """
 
     program: Union[str, tuple]
@@ -43,6 +44,7 @@ class Job:
     close_gap: float = CONNECT_MM
     lathe: bool = False
     diameter: bool = False
+    block_delete: bool = False
 
     @property
     def in_plane(self) -> tuple:

@@ -54,6 +54,7 @@ def job(state: State, sub: int) -> Job:
         numbered=tuple((n, interp.params[n]) for n in NUMBERED if interp.params[n] != 0.0),
         named=tuple((name, interp.params[name]) for name in sorted(names)),
         close_gap=state.settings["CLOSE_GAP"],
+        block_delete=bool(emccanon.GET_BLOCK_DELETE()),
     )
 
 

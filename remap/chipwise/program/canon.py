@@ -59,7 +59,7 @@ class Canon:
         return self.job.get("axis_mask", 7)
 
     def get_block_delete(self):
-        return False
+        return self.job.get("block_delete", False)
 
     def check_abort(self):
         return False

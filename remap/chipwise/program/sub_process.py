@@ -111,6 +111,7 @@ def run_sub(found, job, runner, program, ini) -> dict:
             "parameters": paths[2],
             "units_per_mm": 1.0 / job.machine_unit,
             "tool": job.tool,
+            "block_delete": job.block_delete,
             "codes": ["G20" if job.unit == "in" else "G21", "G0"],
             "begin": BEGIN,
             "end": END,
