@@ -31,6 +31,8 @@ CUTTING = ["until", "axis.x.pos-cmd", ">", 15]
 def begun(program):
     """Steps up to the monitor's death in the first slot, and its being noticed."""
     return [
+        ["mdi", "T1 M6"],
+        ["until", "stock-tracker.0.tool-diameter", "=", DIAMETER],  # M251 waits for some seconds only for that
         ["start", program],
         CUTTING,
         ["over", 0.5, *SEEN],

@@ -60,6 +60,8 @@ def test_dead_while_a_program_runs(tmp_path):
     *_, fed, state, _abort, _watch, said = operate(
         tmp_path,
         [
+            *BOX,
+            ["until", READY, "=", 1],  # M251 waits for some seconds only until the tool is known
             ["start", program],
             ["until", "axis.x.pos-cmd", ">", 20],
             ["kill_monitor"],
@@ -158,7 +160,17 @@ def test_a_busy_machine_is_no_dead_monitor(tmp_path):
         + "M252\nM2\n"
     )
     *_, before, _busy, _start, said, state, after = operate(
-        tmp_path, [["monitor_costs"], ["busy", 6], ["start", program], ["finish"], STATE, ["monitor_costs"]]
+        tmp_path,
+        [
+            *BOX,
+            ["until", READY, "=", 1],
+            ["monitor_costs"],
+            ["busy", 6],
+            ["start", program],
+            ["finish"],
+            STATE,
+            ["monitor_costs"],
+        ],
     )
     assert said == [] and state[1:3] == ["FALSE", "0"]
     cost_s, looks = (late - early for early, late in zip(before, after))

@@ -3,8 +3,10 @@
 """A reader of `chipwise panel` that shares no code with it: the stream's messages, and the stock put together from its
 tiles.
 
-Imported by tests; as a program, inside the LinuxCNC of a test: panel_client.py URL SECONDS [alarm | ended] [X,Y ..]
-prints one JSON object.
+Imported by tests; as a program, inside the LinuxCNC of a test: panel_client.py URL SECONDS [alarm | ended | runs] [X,Y
+..] prints one JSON object; runs: waits until the page knows that a program runs.  panel_client.py URL run FILE [X,Y ..]
+follows a program from before its start to its end: the file is there as soon as it looks, and has the JSON object of
+through() in the end.
 """
 
 import http.client
@@ -89,35 +91,70 @@ def request(url, path, method="GET", body=None, **headers):
     return found
 
 
-def follow(url, seconds=0.0, states=1, awaited=lambda _state: True):
-    """Read the stream for so long and until so many states have come, the last one awaited (WAIT_S at most), or to its
-    end -> Page."""
-    place, page = urllib.parse.urlsplit(url), Page()
+def messages(url, page):
+    """Each message of the stream, when the page has taken it: yields its kind."""
+    place = urllib.parse.urlsplit(url)
     connection = http.client.HTTPConnection(place.hostname, place.port, timeout=300)
     connection.request("GET", "/stream")
     answer = connection.getresponse()
     assert answer.status == 200, answer.read()
-    end = time.monotonic() + seconds
-    last = time.monotonic() + WAIT_S
-    while (
-        time.monotonic() < end
-        or len(page.states) < states
-        or (not awaited(page.states[-1]) and time.monotonic() < last)
-        or (page.states[-1]["stock"] and not page.whole())
-    ):
-        head = answer.read(5)
-        if len(head) < 5:
+    try:
+        while len(head := answer.read(5)) == 5:
+            page.take(chr(head[0]), answer.read(struct.unpack("<I", head[1:])[0]))
+            yield chr(head[0])
+    finally:
+        connection.close()
+
+
+def through(url, file, places):
+    """{"looks": [[state, heights known by then]] of a program, "gap_s": the longest time without a state meanwhile}.  A
+    busy computer may look late, so the reader chooses what it judges, and knows what it cannot know."""
+    page, looks, times = Page(), [], []
+    for kind in messages(url, page):
+        if kind != "S":
+            continue
+        if not looks and not page.states[-1]["task"]["running"]:
+            times = [time.monotonic()]
+            file.write("\n")
+            file.flush()
+            continue
+        times.append(time.monotonic())
+        looks.append((page.states[-1], [page.height(*place) for place in places] if page.whole() else []))
+        if not page.states[-1]["task"]["running"]:
             break
-        page.take(chr(head[0]), answer.read(struct.unpack("<I", head[1:])[0]))
-    connection.close()
+    file.write(json.dumps({"looks": looks, "gap_s": max(b - a for a, b in zip(times, times[1:]))}) + "\n")
+
+
+def follow(url, seconds=0.0, states=1, awaited=lambda _state: True):
+    """Read the stream for so long and until so many states have come, the last one awaited (WAIT_S at most), or to its
+    end -> Page."""
+    page, end, last = Page(), time.monotonic() + seconds, time.monotonic() + WAIT_S
+    for _kind in messages(url, page):
+        if not (
+            time.monotonic() < end
+            or len(page.states) < states
+            or (not awaited(page.states[-1]) and time.monotonic() < last)
+            or (page.states[-1]["stock"] and not page.whole())
+        ):
+            break
     return page
 
 
 def main(url, seconds, *words):
     """words: X,Y in mm whose heights are wanted; alarm or ended: wait for one that is active, or over."""
-    places, wanted = [word for word in words if word not in ALARMS], [ALARMS[word] for word in words if word in ALARMS]
+    if seconds == "run":
+        with open(words[0], "w", encoding="utf-8") as file:
+            through(url, file, [tuple(map(float, word.split(","))) for word in words[1:]])
+        return
+    places, wanted = [word for word in words if "," in word], [ALARMS[word] for word in words if word in ALARMS]
     page = follow(
-        url, float(seconds), 2, lambda state: not wanted or [alarm["active"] for alarm in state["alarms"]] == wanted
+        url,
+        float(seconds),
+        2,
+        lambda state: (
+            (not wanted or [alarm["active"] for alarm in state["alarms"]] == wanted)
+            and (state["task"]["running"] or "runs" not in words)
+        ),
     )
     print(
         json.dumps(
