@@ -157,3 +157,15 @@ def test_the_words_of_an_m_code_are_named(line, words):
 )
 def test_a_stock_that_the_tracker_would_refuse(line, words):
     assert error_of(f"T1 M6\nG21\n{line}\nM2\n")[0].startswith(f"chipwise: M250: {words}")
+
+
+def test_a_line_of_a_cycle_that_linuxcnc_refuses(tmp_path):
+    """Its own words, not those of Python, to which what the interpreter raises is no exception."""
+    (tmp_path / "own.py").write_text(
+        "import remap\nfrom chipwise.glue import emit\n"
+        "emit.emit = lambda interp, number, chunk: interp.execute('G2 X1 Y1 I0.00001 J0')\n"
+    )
+    ini = write_ini(tmp_path)
+    ini.write_text(ini.read_text().replace(f"TOPLEVEL = {ROOT}/remap/toplevel.py", f"TOPLEVEL = {tmp_path}/own.py"))
+    text, number = error_of("T1 M6\nG21 G0 X0 Y0 Z20\nG12 I5 Z-6 R2 F100\nM2\n", ini=ini)
+    assert text.startswith("chipwise: G12: internal error: Zero-radius arc: start=") and number == 3

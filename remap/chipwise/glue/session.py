@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from chipwise.order import Order, Outcome
     from chipwise.program.interp import Interp, Steps, Waits, Words
 
+REFUSED = "InterpreterException"
 NO_O_WORD = 0  # O_none of LinuxCNC's interp_internal.hh
 
 
@@ -191,8 +192,9 @@ def message_of(interp: Interp, code: str, error: Exception) -> str:
         return error.text("in" if inch else "mm")
     if isinstance(error, MemoryError):
         return f"chipwise: {code}: the memory is not enough for this; use larger steps or a smaller shape"
-    # InterpreterException cannot be named in an except clause (2.9)
-    text = interp.get_errormsg() if type(error).__name__ == "InterpreterException" else ""
+    # What the interpreter raises for a line that it refuses cannot be named in an except clause (2.9); nor is it an
+    # exception to Python, which raises a SystemError that names it
+    text = interp.get_errormsg() if REFUSED in f"{type(error).__name__} {error}" else ""
     first_line = (text or f"{type(error).__name__}: {error}").strip().splitlines()[0]
     return printable(f"chipwise: {code}: internal error: {first_line}")
 
