@@ -49,6 +49,20 @@ def looks_of(path):
     raise AssertionError([state["tip"] for state, _heights in seen["looks"]])
 
 
+def check_log(path, program, late_s):
+    """The row of the one tool."""
+    with open(path, newline="", encoding="utf-8") as file:
+        (tool,) = csv.DictReader(file)
+    assert (tool["tool"], tool["reference_cm3_min"], tool["stops"], tool["program"]) == ("1", "6.0", "0", program)
+    # each tool's times are those of the panel's looks: at both ends of the slot one may be late
+    cutting_s, slowed_s = float(tool["cutting_s"]), float(tool["slowed_s"])
+    assert cutting_s == pytest.approx(12.5, abs=1.25 + late_s) and slowed_s == pytest.approx(12.5, abs=1.25 + late_s)
+    assert float(tool["mean_cm3_min"]) == pytest.approx(
+        60 * float(tool["removed_cm3"]) / cutting_s, rel=0.02
+    ) and float(tool["mean_cm3_min"]) == pytest.approx(6, rel=0.05 + late_s / 12.5)
+    assert float(tool["diameter_mm"]) == 6
+
+
 def test_numbers_and_heights_while_it_cuts(tmp_path):
     """250 mm/min: 12.5 s for a panel that is late."""
     seen = tmp_path / "seen.json"
@@ -97,21 +111,7 @@ def test_numbers_and_heights_while_it_cuts(tmp_path):
     saved = after["state"]["run"]["saved"]  # 50 mm at 250 for 600 mm/min, from the edge of the stock on
     assert saved == pytest.approx(-(50 / (250 / 60) - 50 / 10), rel=0.15)
     assert answers[7] == [] and len(answers[9][1].split()) == 1
-    with open(tmp_path / "load.csv", newline="", encoding="utf-8") as file:
-        (tool,) = csv.DictReader(file)
-    assert (tool["tool"], tool["reference_cm3_min"], tool["stops"], tool["program"]) == (
-        "1",
-        "6.0",
-        "0",
-        state["task"]["program"],
-    )
-    # each tool's times are those of the panel's looks: at both ends of the slot one may be late
-    cutting_s, slowed_s = float(tool["cutting_s"]), float(tool["slowed_s"])
-    assert cutting_s == pytest.approx(12.5, abs=1.25 + late_s) and slowed_s == pytest.approx(12.5, abs=1.25 + late_s)
-    assert float(tool["mean_cm3_min"]) == pytest.approx(
-        60 * float(tool["removed_cm3"]) / cutting_s, rel=0.02
-    ) and float(tool["mean_cm3_min"]) == pytest.approx(6, rel=0.05 + late_s / 12.5)
-    assert float(tool["diameter_mm"]) == 6
+    check_log(tmp_path / "load.csv", state["task"]["program"], late_s)
 
 
 def test_the_stock_before_a_program(tmp_path):
