@@ -160,7 +160,7 @@ def test_a_stock_that_the_tracker_would_refuse(line, words):
 
 
 def test_a_line_of_a_cycle_that_linuxcnc_refuses(tmp_path):
-    """Its own words, not those of Python, to which what the interpreter raises is no exception."""
+    """The reason in its own words. Python, for which what the interpreter raises is not an exception, has others."""
     (tmp_path / "own.py").write_text(
         "import remap\nfrom chipwise.glue import emit\n"
         "emit.emit = lambda interp, number, chunk: interp.execute('G2 X1 Y1 I0.00001 J0')\n"

@@ -192,7 +192,7 @@ def message_of(interp: Interp, code: str, error: Exception) -> str:
         return error.text("in" if inch else "mm")
     if isinstance(error, MemoryError):
         return f"chipwise: {code}: the memory is not enough for this; use larger steps or a smaller shape"
-    # What the interpreter raises for a line that it refuses cannot be named in an except clause (2.9); nor is it an
+    # What the interpreter raises for a line that it refuses cannot be named in an except clause (2.9); and it is not an
     # exception to Python, which raises a SystemError that names it
     text = interp.get_errormsg() if REFUSED in f"{type(error).__name__} {error}" else ""
     first_line = (text or f"{type(error).__name__}: {error}").strip().splitlines()[0]
