@@ -22,7 +22,7 @@ WORDS = {  # label: {bit of chipwise-display: what is shown}
         "by-ahead": "stock ahead",
         "by-floor": "lowest feed",
         "by-ceiling": "ceiling",
-        "by-fallback": "no stock or tool: F",
+        "by-fallback": "fault or no stock/tool: F",
     },
     "unit": {"unit-cm3": "cm3/min", "unit-in3": "in3/min"},
 }

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-2.0-or-later
 """The three INI files describe one machine."""
 
+import ast
+import json
 import os
 import re
 
@@ -112,3 +114,14 @@ def test_files_named_exist():
                 ("PYTHON", "TOPLEVEL"),
             ):
                 assert os.path.exists(os.path.join(folder, value)), (name, value)
+
+
+def test_both_panels_have_the_same_words():
+    """PyVCP's and gmoccapy's; what leaves the feed at F may be a fault, too."""
+    with open(os.path.join(ROOT, "configs", "panel.xml")) as handle:
+        rows = [json.loads(row) for row in re.findall(r"<legends>(.*?)</legends>", handle.read())]
+    with open(os.path.join(ROOT, "configs", "panel_gmoccapy.py")) as handle:
+        tree = ast.parse(handle.read())
+    words = next(ast.literal_eval(node.value) for node in tree.body if ast.unparse(node).startswith("WORDS = "))
+    assert rows == [list(texts.values()) for texts in words.values()]
+    assert words["by"]["by-fallback"] == "fault or no stock/tool: F"

@@ -9,7 +9,7 @@ import pytest
 from chipwise.panel import entry
 from chipwise.panel import visitors
 from chipwise.panel.tool_log import Use
-from chipwise.clib.layout import GuardReason
+from chipwise.clib.layout import Fault, GuardReason, LimitedBy
 from support import ROOT, panel_browser
 from support.panel_rig import TOKEN, serving
 
@@ -400,3 +400,13 @@ def test_no_button_is_without_a_reason(driver, rig):
         "e.hasAttribute('aria-disabled') && !e.title).map((e) => e.id)"
     )
     assert bare == []
+
+
+def test_what_limits_the_feed_at_a_fault(driver, rig):
+    """A fault leaves the feed at F although stock and tool are known; its sentence is among the alarms."""
+    rig.machine.values.update(mode=1.0, target=6000.0, limited_by=float(LimitedBy.FALLBACK))
+    opened(driver, rig)
+    reached(driver, "limit", "no stock or tool known: F as programmed")
+    rig.machine.values.update(fault=1.0, fault_code=float(Fault.NO_MONITOR), ready=0.0)
+    reached(driver, "limit", "a fault, see Alarms: F as programmed")
+    reached(driver, "alarm-list", "chipwise-monitor does not answer; start")

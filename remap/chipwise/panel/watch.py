@@ -287,6 +287,7 @@ class Watch:
             "assumed": is_assumed(pins["stock_defined"], pins["certain"]),
             "tool_assumed": bool(pins["tool_assumed"]),
             "ready": bool(pins["ready"]),
+            "fault": bool(pins["fault"]),
             "mode": MODES[mode] if 0 <= mode < len(MODES) else MODES[0],
             "limited_by": LIMITS[limit] if 0 <= limit < len(LIMITS) else LIMITS[0],
             "task": {**task, "program": os.path.basename(task["program"])} if task else None,

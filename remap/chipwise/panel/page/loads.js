@@ -3,7 +3,7 @@
 // What limits the feed, too. A view is 'rate', 'nearest' (the largest share of a bound), the name of one limit, or 'watts': predicted against measured power.
 
 const LIMITS = {nothing: 'nothing', stock: 'stock here', ahead: 'stock ahead', floor: 'feed floor', ceiling: 'feed ceiling',
-                fallback: 'no stock known: F as programmed', chip: 'largest chip',
+                fallback: 'no stock or tool known: F as programmed', chip: 'largest chip',
                 power: 'spindle power', torque: 'spindle torque', force: 'bending of the tool'};
 const NAMES = {rate: 'Removal rate', chip: LIMITS.chip, power: LIMITS.power, torque: LIMITS.torque, force: LIMITS.force};
 
@@ -31,6 +31,8 @@ function makeLoads(t, put) {
 
     return {
         view,
+        // What limits the feed; at F for a fault, its sentence is among the alarms.
+        limit: (state) => (state.limited_by === 'fallback' && state.fault ? t('a fault, see Alarms: F as programmed') : t(LIMITS[state.limited_by])),
         // The next view, at a press.
         next(state) {
             const all = viewsOf(state);

@@ -79,7 +79,7 @@
         put('rate', rateText(s.mrr));
         put('target', s.target > 0 ? rateText(s.target) : '-');
         put('mode', t(MODES[s.mode]));
-        put('limit', t(LIMITS[s.limited_by]));
+        put('limit', loads.limit(s));
         loads.figures(s);
         put('feed', speed(s.current_vel));
         put('tooth', s.feed_per_tooth > 0 ? fine(s.feed_per_tooth) : '-');
