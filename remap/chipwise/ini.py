@@ -8,6 +8,7 @@ several equal keys counts.
 """
 
 import ctypes
+import errno
 import math
 import os
 import re
@@ -84,6 +85,18 @@ def expanded(path: str) -> str:
         else:
             lines.append(line)
     return "".join(lines)
+
+
+def usable(path: str) -> str:
+    """expanded() of a file that LinuxCNC can read.  Raises OSError."""
+    data, text = read_bytes(path, MAX_BYTES), expanded(path)
+    if b"\0" in data:
+        raise OSError(errno.EINVAL, "it is not a text file", path)
+    if b"\r" in data.strip() and b"\n" not in data:
+        raise OSError(errno.EINVAL, "its lines end with CR alone, so LinuxCNC reads it as one line", path)
+    if not re.search(r"(?m)^\s*\[", text):
+        raise OSError(errno.EINVAL, "it has no section", path)
+    return text
 
 
 def _whole(path: str) -> str:

@@ -27,6 +27,10 @@ BAD = {
         SLOT.encode("utf-8-sig"),
         "it begins with a byte order mark, which LinuxCNC refuses; save it as UTF-8 without one (line 1)",
     ),
+    "CR alone": (
+        SLOT.replace("\n", "\r").encode(),
+        "its lines end with CR alone, so LinuxCNC reads it as one line; save it with LF or CR LF at the ends (line 1)",
+    ),
     "unknown code": (SLOT.replace("G1 X110", "G1234 X110"), "line 7"),
     "unknown word": (SLOT.replace("G1 X110", "G1 X110 @@"), "line 7"),
     "tool 0": (SLOT.replace("T1 M6", "T0 M6"), "tool 0"),

@@ -19,9 +19,13 @@ MM = PROGRAM.format(unit="G21", x=20, z=5, radius=9, feed=600)
 INCH = PROGRAM.format(unit="G20", x=0.8, z=0.2, radius=0.36, feed=24)
 
 
-def chipwise_try(program, *options, cwd=ROOT, **environment):
+def chipwise_try(program, *options, **changed):
+    return chipwise_run("try", program, *options, **changed)
+
+
+def chipwise_run(command, program, *options, cwd=ROOT, **environment):
     return subprocess.run(
-        [ROOT / "bin/chipwise", "try", program, *options],
+        [ROOT / "bin/chipwise", command, program, *options],
         cwd=cwd,
         text=True,
         env={**os.environ, **environment},
@@ -158,3 +162,46 @@ def test_what_cannot_be_tried_is_said(program, tmp_path):
     done = chipwise_try(program("G21 F100\nG13 I5 Z-1\nM2\n"))
     assert done.returncode == 1
     assert "chipwise: G13" in done.stderr and "Traceback" not in done.stderr
+
+
+LINES = "G21 G90 F100\nG1 X1\nM2\n"
+
+
+@pytest.mark.parametrize(
+    "content, said",
+    [
+        (b"", "it is empty; name a G-code program"),
+        (LINES.encode("utf-16"), "it is not a text file; name a G-code program"),
+        (
+            LINES.encode("utf-8-sig"),
+            "it begins with a byte order mark, which LinuxCNC refuses; save it as UTF-8 without one (line 1)",
+        ),
+        (
+            LINES.replace("\n", "\r").encode(),
+            "its lines end with CR alone, so LinuxCNC reads it as one line; save it with LF or CR LF at the ends "
+            "(line 1)",
+        ),
+    ],
+)
+def test_a_file_that_linuxcnc_cannot_use_is_said_in_one_line(content, said, tmp_path):
+    """Nothing of rs274's own words."""
+    path = tmp_path / "program.ngc"
+    path.write_bytes(content)
+    done = chipwise_try(path)
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", f"chipwise: {path}: {said}\n")
+
+
+def test_an_ini_file_that_linuxcnc_cannot_use(program, tmp_path):
+    good = program(LINES)
+    for content, said in (
+        (b"", "it has no section"),
+        (b"\n\n", "it has no section"),
+        ((ROOT / "configs/mill.ini").read_text().encode("utf-16"), "it is not a text file"),
+        (b"[TRAJ]\rLINEAR_UNITS = mm\r", "its lines end with CR alone, so LinuxCNC reads it as one line"),
+    ):
+        (tmp_path / "bad.ini").write_bytes(content)
+        for command, name in (("try", ""), ("check", "check: "), ("setup", "setup: ")):
+            done = chipwise_run(command, good, "--ini", str(tmp_path / "bad.ini"))
+            message = f"{name}INI file {tmp_path}/bad.ini: {said}; name the machine's INI file with --ini"
+            assert done.returncode == 2 and done.stderr.startswith(f"chipwise: {message}"), done.stderr
+            assert done.stderr.count("\n") == 1 and done.stdout == ""

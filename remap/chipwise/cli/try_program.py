@@ -8,9 +8,10 @@ table. Work offsets are 0, whatever the machine has. Nothing is written, and a r
 import os
 import sys
 
-from chipwise.errors import CycleError, unnamed
+from chipwise.errors import CycleError, printable, unnamed, with_line
 from chipwise.headless import runner
 from chipwise.program import rs274
+from chipwise.program.program_file import Unusable, check_file
 
 NAME = "try"
 HELP = "print the motion of a program without a machine"
@@ -30,6 +31,10 @@ def run(options):
     from chipwise.options.machine import UsageError, require_file
 
     require_file(options.program, "name a G-code program that can be read")
+    try:
+        check_file(options.program, sys.maxsize)
+    except Unusable as error:
+        raise UsageError(with_line(f"{printable(options.program)}: {error}", error.line)) from error
     require_file(options.ini, "name the machine's INI file with --ini", "INI file ")
     try:
         return 1 if rs274.run(options.program, options.ini, to=sys.stdout).returncode else 0

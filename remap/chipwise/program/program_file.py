@@ -105,6 +105,10 @@ def check_file(path, most_bytes=MAX_BYTES):
         raise Unusable("it is empty", "name a G-code program")
     if b"\0" in head or head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         raise Unusable("it is not a text file", "name a G-code program")
+    if b"\r" in head.strip() and b"\n" not in head:
+        raise Unusable(
+            "its lines end with CR alone, so LinuxCNC reads it as one line", "save it with LF or CR LF at the ends", 1
+        )
     if head.startswith(codecs.BOM_UTF8):
         raise Unusable("it begins with a byte order mark, which LinuxCNC refuses", "save it as UTF-8 without one", 1)
 

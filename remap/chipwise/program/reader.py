@@ -41,7 +41,7 @@ from chipwise.program.program_file import (
 from chipwise.program.records import WIDTH
 from chipwise.host.clock import patience
 from chipwise.errors import CycleError, unnamed
-from chipwise.ini import expanded, section_of
+from chipwise.ini import section_of, usable
 from chipwise.program import rs274
 from chipwise.host.temp_folder import OwnFolder, check_room, put, writing
 from chipwise.host.processes import tree_cpu_s
@@ -77,7 +77,7 @@ class Machine:
         self.ini = os.path.abspath(ini)
         self.folder = os.path.dirname(self.ini)
         try:
-            self.text = expanded(self.ini)
+            self.text = usable(self.ini)
             lines = self.text.splitlines()
             section = {
                 name: section_of(lines, name)

@@ -22,7 +22,7 @@ from pathlib import Path
 
 from chipwise.program import program_code
 from chipwise.errors import with_line
-from chipwise.ini import expanded, section_of, unit_mm
+from chipwise.ini import section_of, unit_mm, usable
 from chipwise.host.temp_folder import OwnFolder, check_room, put
 from chipwise.settings import SECTION, parse_settings
 
@@ -117,7 +117,7 @@ def run(program, ini, to=None, **options):
     to: stream that gets the standard output; else options of subprocess.run()."""
     ini = os.path.abspath(ini)
     directory = os.path.dirname(ini)
-    text = _read(ini, expanded, "#INCLUDE")
+    text = _ini_text(ini)
     _refuse_code(program, text, directory)
     with OwnFolder("rs274") as folder:
         files = {"machine.ini": usable_elsewhere(text, directory), "machine.var": "5161 0\n"}
@@ -149,6 +149,18 @@ def _refuse_code(program, text, directory):
     if code:
         fact, line = code.sentence(program)
         raise Rs274Error(with_line(f"{os.path.basename(program)}: {fact}; {code.remedy}", line))
+
+
+def _ini_text(ini):
+    """The text of an INI file, with what it includes.  Raises Rs274Error."""
+    try:
+        return usable(ini)
+    except OSError as error:
+        if error.filename not in (None, ini):
+            raise Rs274Error(
+                f"#INCLUDE {error.filename} cannot be read: {error.strerror}; correct the INI file"
+            ) from None
+        raise Rs274Error(f"INI file {ini}: {error.strerror}; name the machine's INI file with --ini") from None
 
 
 def _read(path, call, key):
