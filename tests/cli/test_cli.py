@@ -189,12 +189,12 @@ def test_a_wrong_option_is_answered_in_one_line(name):
     assert done.stderr.endswith(f"; see chipwise {name} --help\n") and done.stderr.count("\n") == 1, done.stderr
 
 
-FINDER = """import signal, sys
+FINDER = """import _signal, sys
 class Finder:
     def find_spec(name, *_more):
         if name == "{module}":
             try:
-                signal.raise_signal(signal.SIGINT)
+                _signal.raise_signal(_signal.SIGINT)
             except BaseException:
                 raise {raised}
 sys.meta_path.insert(0, Finder)
@@ -204,6 +204,7 @@ sys.meta_path.insert(0, Finder)
 @pytest.mark.parametrize(
     "module, raised, status",
     [
+        ("enum", "", -signal.SIGINT),  # of module signal
         ("chipwise.cli", "", -signal.SIGINT),
         ("chipwise.cli.check", "", 130),
         ("chipwise.cli.check", "ImportError('by an extension') from None", 130),
