@@ -66,3 +66,35 @@ def test_the_tool_table(tmp_path, monkeypatch):
         write(tmp_path / "own.tbl", f"T1 P1 D2\nT5 P5 D{diameter}\n", at)
         found.append(reach(job))
     assert found[1] - found[0] == pytest.approx(0.5, abs=1e-6), found
+
+
+@pytest.mark.parametrize("where", ["the program", "a file"])
+def test_lines_that_block_delete_leaves_out(where, tmp_path, monkeypatch):
+    """As a call of the sub would run them, also in the contour of a cycle and in a sub that the sub calls: with block
+    delete on, lines that begin with / are not read."""
+    sub = (
+        "o100 sub\nG0 X1 Y2 Z5\n{0}G1 Z-1 F90\n{0} X5\nG1 Y9\no200 call\n{0}N7 G12 I3 Z-1 R2 F80\nG79 Q300 Z-1 R2\n"
+        "G0 Z5\no100 endsub\n"
+    )
+    other = "o200 sub\nG1 X7\n{0}G1 X8 Y1\no200 endsub\n"
+    contour = "o300 sub\nG0 X30 Y0\nG1 X50\nY20\n{0}X40 Y12\nX30\nY0\no300 endsub\n"
+
+    def ends(text, switch):
+        monkeypatch.setenv("BLOCK_DELETE", switch)
+        parts = [text(part) for part in (sub, other, contour)]
+        if where == "a file":
+            for number, part in zip((100, 200, 300), parts):
+                (tmp_path / f"{number}.ngc").write_text(part)
+            parts = []
+        program = "".join(parts) + "T1 M6\nS900 M3\nG0 X0 Y0 Z9\n(begin)\nG75 Q100 H1 R30\n(end)\nM2\n"
+        trace = canon.run_preview(program, SUBROUTINE_PATH=str(tmp_path))
+        assert trace.error == ""
+        return [tuple(round(v, 6) for v in e.b) for e in canon.ends_of(trace.between("begin", "end"))]
+
+    def without(part):
+        return "".join(line + "\n" for line in part.splitlines() if not line.startswith("{0}"))
+
+    read, left_out = ends(lambda part: part.format(""), "0"), ends(without, "0")
+    assert read != left_out
+    assert ends(lambda part: part.format("/"), "0") == read
+    assert ends(lambda part: part.format("/"), "1") == left_out
