@@ -57,7 +57,7 @@ def test_dead_while_a_program_runs(tmp_path):
         "G0 Z10\n"
         "T8 M6\nG0 X-10 Y32\nG0 Z-4\nG1 X30\nM252\nM2\n"
     )
-    *_, fed, state, _abort, _watch, said = operate(
+    *_, fed, state, _abort, said = operate(
         tmp_path,
         [
             *BOX,
@@ -65,13 +65,13 @@ def test_dead_while_a_program_runs(tmp_path):
             ["start", program],
             ["until", "axis.x.pos-cmd", ">", 20],
             ["kill_monitor"],
+            ["watch_monitor"],  # a traverse waits for the tool until then
             ["until", "stock-tracker.0.tool-in-spindle", ">", 7.5],
             ["until", "motion.motion-type", ">", 1.5],
             ["until", "axis.x.pos-cmd", ">", 2],
             ["over", 0.5, "motion.current-vel", "volumetric-feed.0.limited-by", "stock-tracker.0.ready"],
             STATE,
             ["abort"],
-            ["watch_monitor"],
             ["errors", DEAD],
         ],
     )
