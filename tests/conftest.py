@@ -28,6 +28,7 @@ from support.scheduling import machine_units, niceness, scheduler  # noqa: E402
 CORE_TIMEOUT_S = 300
 RECORDED = durations.recorded()
 LONG, SLOW = durations.long_tests(RECORDED), durations.slow_tests(RECORDED)
+os.environ.setdefault("CHIPWISE_MONITOR_S", "60")  # a busy computer keeps chipwise-monitor waiting in any test
 SANDBOXED = ("tests/components", "tests/machine")
 IN_NAMESPACES = (*SANDBOXED, "tests/shipped")  # not proposed where there are none
 

@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from support.operate import CELL_MM, operate
+from support.operate import CELL_MM, OWN_PATIENCE, operate
 
 pytestmark = pytest.mark.machine
 
@@ -114,7 +114,7 @@ def test_killed_while_restoring(tmp_path):
         refused,
         (_net, _heir, _wait, after, message),
         (restored, second, last, cut),
-    ) = run(tmp_path, *_restoring(), edit=edit)
+    ) = run(tmp_path, *_restoring(), edit=edit, before=OWN_PATIENCE)
     assert state == ["FALSE", "FALSE", "TRUE", "0"]
     refusal, dead = sorted(said)
     assert dead.startswith(DEAD)

@@ -5,7 +5,7 @@ period: tests/components/tracker_watch."""
 
 import pytest
 
-from support.operate import operate
+from support.operate import OWN_PATIENCE, operate
 
 pytestmark = pytest.mark.machine
 
@@ -42,6 +42,7 @@ def test_dead_and_another_tool(tmp_path):
             ["mdi", "M251 Q6 P1"],
             ["pins", "stock-tracker.0.ready", "stock-tracker.0.tool-diameter", "volumetric-feed.0.mode"],
         ],
+        before=OWN_PATIENCE,
     )[2:]
     assert before == WELL
     assert state == ["FALSE", "TRUE", "15", "0"]
@@ -199,6 +200,7 @@ def test_the_monitor_has_no_time_when_a_program_begins(tmp_path, mode, feed):
             ["finish"],
             STATE,
         ],
+        before=OWN_PATIENCE,
     )
     velocity, modes = over
     slot = 6 * 1000 / 60 / (6 * 2)  # mm/s of the target

@@ -12,7 +12,9 @@ import time
 import hal
 import linuxcnc
 
+from chipwise.cli.load import MONITOR_TIMEOUT_S
 from chipwise.host import halcmd, processes
+from chipwise.host.clock import patience
 from chipwise.headless import session
 from chipwise.monitor import buffers
 
@@ -114,9 +116,9 @@ class ProcessSteps:
 
     def let_monitor_be_late(self):
         """It may, until watch_monitor(); what was said of one that was late at the start is forgotten."""
-        self.timeout_s, self.is_watched = None, False
+        self.is_watched = False
         if hal.component_exists("chipwise-monitor"):
-            self.timeout_s, self.is_watched = hal.get_value(TIMEOUT_PIN), True
+            self.is_watched = True
             hal.set_p(TIMEOUT_PIN, f"{SILENT_S:g}")
             self.monitor_is_back()
             self.task_looks()
@@ -125,7 +127,7 @@ class ProcessSteps:
 
     def watch_monitor(self, seconds=None):
         """Behind the step that has stopped or killed it, so that no fault can be there before."""
-        hal.set_p(TIMEOUT_PIN, f"{seconds or self.timeout_s:.17g}")
+        hal.set_p(TIMEOUT_PIN, f"{seconds or patience(MONITOR_TIMEOUT_S):.17g}")
         self.is_watched = True
 
     def monitor_is_back(self):

@@ -32,6 +32,9 @@ class Stopped(AssertionError):
         self.answers = answers
 
 
+# As `before`, for steps that M251 refuses: it waits for chipwise-monitor as long as on a machine
+OWN_PATIENCE = "export CHIPWISE_MONITOR_S=0"
+
 # The sandbox ends with its command. [c]: not the shell itself.  LinuxCNC does not wait until a monitor that a step has
 # started by hand has kept the stock.  One that a step has stopped (T) never ends.
 MONITOR_ENDS = (

@@ -19,7 +19,7 @@ import sys
 from chipwise import ROOT, version
 from chipwise.cli.python_section import check_codes, check_includes
 from chipwise.cli.start_window import open_window
-from chipwise.host.clock import patience
+from chipwise.host.clock import monitor_patience, patience
 from chipwise.errors import NAME as NAMED, CycleError, braceless, printable, unnamed
 from chipwise.host.fit import check_fit, linuxcnc_version
 from chipwise.host.halcmd import halcmd, halcmds, pins, signal_of, thread_functions
@@ -365,7 +365,7 @@ def _parameters(ini, settings, acceleration):
         ("setp", "chipwise-guard.0.guard-flute", f"{settings['GUARD_FLUTE']:d}"),
         ("setp", "chipwise-guard.0.notice", f"{patience(NOTICE_S):g}"),
         ("setp", "stock-tracker.0.units-per-mm", f"{units:.17g}"),
-        ("setp", "stock-tracker.0.monitor-timeout", f"{patience(MONITOR_TIMEOUT_S):g}"),
+        ("setp", "stock-tracker.0.monitor-timeout", f"{monitor_patience(MONITOR_TIMEOUT_S):g}"),
         ("setp", "stock-tracker.0.read-path", f"{settings['READ_PATH']:d}"),
         ("setp", "stock-tracker.0.acceleration", f"{acceleration:.9g}"),
         ("setp", "stock-tracker.0.air-clearance", f"{settings['AIR_CLEARANCE'] * units:.9g}"),

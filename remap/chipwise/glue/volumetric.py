@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import emccanon
 
 from chipwise.program import preview
-from chipwise.host.clock import patience
+from chipwise.host.clock import monitor_patience
 from chipwise.errors import CycleError, printable
 from chipwise.glue import ceiling as feed_ceiling
 from chipwise.glue import program_run
@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 OFF, LIMIT, CONSTANT, WINDOW = map(int, layout.FeedMode)
 
 ENDED = "M251 of MDI has ended with the start of a program, so F is as programmed"
-JOB_TRIES, JOB_WAIT_S = 60, 0.05  # the monitor sees a program begin within 20 ms, later on a busy computer
-TOOL_TRIES, TOOL_WAIT_S = 60, 0.05  # the monitor may be late, or is being started again
+JOB_S, JOB_WAIT_S = 3.0, 0.05  # the monitor sees a program begin within 20 ms, later on a busy computer
+TOOL_S, TOOL_WAIT_S = 3.0, 0.05  # the monitor may be late, or is being started again
 
 
 def begin(interp: Interp, another: bool) -> None:
@@ -179,7 +179,7 @@ def _feed_words(state: State) -> tuple[int, float, float, float | None]:
 
 def _wait_for_the_tool(state: State) -> Waits:
     """Wait until the tool in the spindle is known to the stock tracker; CycleError where it does not get known."""
-    for _ in range(int(patience(TOOL_TRIES))):
+    for _ in range(round(monitor_patience(TOOL_S) / TOOL_WAIT_S)):
         yield
         fault = status_now(state)[2]
         if fault not in (Fault.TOOL_CHANGED, Fault.NO_MONITOR):
@@ -306,7 +306,7 @@ def begin_job(interp: Interp) -> Waits:
     if InForce.feed_carried:
         yield from _begin_carried(interp, settings)
         return
-    for _ in range(int(patience(JOB_TRIES))):
+    for _ in range(round(monitor_patience(JOB_S) / JOB_WAIT_S)):
         yield
         ceiling, waits, active, air = job_now(settings)
         if active or not ceiling:
@@ -324,7 +324,7 @@ def begin_job(interp: Interp) -> Waits:
 
 def _begin_carried(interp: Interp, settings: Settings) -> Waits:
     """The ceiling of M251 of MDI from here on; or that has ended."""
-    for _ in range(int(patience(JOB_TRIES))):
+    for _ in range(round(monitor_patience(JOB_S) / JOB_WAIT_S)):
         yield
         carried = feed_is_carried(settings)
         if carried or mode_now(settings) == OFF:
