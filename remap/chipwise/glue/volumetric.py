@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 OFF, LIMIT, CONSTANT, WINDOW = map(int, layout.FeedMode)
 
 ENDED = "M251 of MDI has ended with the start of a program, so F is as programmed"
-JOB_S, JOB_WAIT_S = 3.0, 0.05  # the monitor sees a program begin within 20 ms, later on a busy computer
-TOOL_S, TOOL_WAIT_S = 3.0, 0.05  # the monitor may be late, or is being started again
+# The monitor sees a tool or a program within 20 ms; on a busy computer, or while it is being started again, later.
+MONITOR_S, LOOK_S = 3.0, 0.05
 
 
 def begin(interp: Interp, another: bool) -> None:
@@ -177,14 +177,19 @@ def _feed_words(state: State) -> tuple[int, float, float, float | None]:
     return int(mode), target, lower, ceiling
 
 
+def _looks() -> range:
+    """As many looks, LOOK_S apart, as chipwise-monitor is waited for."""
+    return range(round(monitor_patience(MONITOR_S) / LOOK_S))
+
+
 def _wait_for_the_tool(state: State) -> Waits:
     """Wait until the tool in the spindle is known to the stock tracker; CycleError where it does not get known."""
-    for _ in range(round(monitor_patience(TOOL_S) / TOOL_WAIT_S)):
+    for _ in _looks():
         yield
         fault = status_now(state)[2]
         if fault not in (Fault.TOOL_CHANGED, Fault.NO_MONITOR):
             return
-        emccanon.DWELL(TOOL_WAIT_S)
+        emccanon.DWELL(LOOK_S)
     yield
     raise CycleError(
         "the tool in the spindle is not known: chipwise-monitor does not "
@@ -306,12 +311,12 @@ def begin_job(interp: Interp) -> Waits:
     if InForce.feed_carried:
         yield from _begin_carried(interp, settings)
         return
-    for _ in range(round(monitor_patience(JOB_S) / JOB_WAIT_S)):
+    for _ in _looks():
         yield
         ceiling, waits, active, air = job_now(settings)
         if active or not ceiling:
             break
-        emccanon.DWELL(JOB_WAIT_S)
+        emccanon.DWELL(LOOK_S)
     if waits:
         emccanon.ENABLE_ADAPTIVE_FEED()
         interp.adaptive_feed = True
@@ -324,12 +329,12 @@ def begin_job(interp: Interp) -> Waits:
 
 def _begin_carried(interp: Interp, settings: Settings) -> Waits:
     """The ceiling of M251 of MDI from here on; or that has ended."""
-    for _ in range(round(monitor_patience(JOB_S) / JOB_WAIT_S)):
+    for _ in _looks():
         yield
         carried = feed_is_carried(settings)
         if carried or mode_now(settings) == OFF:
             break
-        emccanon.DWELL(JOB_WAIT_S)
+        emccanon.DWELL(LOOK_S)
     InForce.feed = carried
     InForce.feed_carried = False
     if not carried:

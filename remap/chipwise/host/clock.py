@@ -14,7 +14,7 @@ MAX_SILENT_S = 3600.0
 
 
 def _number(name: str, least: float, most: float) -> float:
-    """Of the environment; `least` where there is none from least to most."""
+    """The number in an environment variable, `least` if that has no number from `least` to `most`."""
     try:
         found = float(os.environ.get(name) or least)
     except ValueError:
