@@ -196,7 +196,8 @@ def _lines(
         numbers = (x, y, z) if has_y else (x, z)
         if isinstance(move, Arc) and _cannot_be_an_arc(move, place, was, (x, y), scale):
             for line, ends in _straight(move, was, (x, y, z), scale, decimals):
-                yield line, writer.straight(line)[0] % ends, line.feed * scale
+                text, feed = writer.straight(line)
+                yield line, text % ends, feed
         elif isinstance(move, (Arc, PlaneArc)):
             text, feed, plane, (a, b) = writer.arc(move, plane)
             centre = move.centre if isinstance(move, PlaneArc) else (move.cx, move.cy)

@@ -15,7 +15,7 @@ import re
 from typing import Iterable, Iterator, Optional, Sequence
 
 from chipwise.errors import MM_PER_INCH, CycleError, braceless
-from chipwise.host.files import read_bytes
+from chipwise.host.files import has_cr_alone, read_bytes
 
 MAX_BYTES = 1 << 22  # of an INI file
 INCLUDE = re.compile(r"#INCLUDE[ \t]+(\S.*?)\s*$")
@@ -89,11 +89,12 @@ def expanded(path: str) -> str:
 
 def usable(path: str) -> str:
     """expanded() of a file that LinuxCNC can read.  Raises OSError."""
-    data, text = read_bytes(path, MAX_BYTES), expanded(path)
+    data = read_bytes(path, MAX_BYTES)
     if b"\0" in data:
         raise OSError(errno.EINVAL, "it is not a text file", path)
-    if b"\r" in data.strip() and b"\n" not in data:
+    if has_cr_alone(data):
         raise OSError(errno.EINVAL, "its lines end with CR alone, so LinuxCNC reads it as one line", path)
+    text = expanded(path)
     if not re.search(r"(?m)^\s*\[", text):
         raise OSError(errno.EINVAL, "it has no section", path)
     return text

@@ -63,6 +63,11 @@ def read_bytes(path: str, most: int) -> bytes:
     return data
 
 
+def has_cr_alone(data: bytes) -> bool:
+    """Whether the lines of a text end with CR alone: LinuxCNC reads them as one line."""
+    return b"\r" in data.strip() and b"\n" not in data
+
+
 @contextlib.contextmanager
 def locked(folder: str, waits: bool = True) -> Iterator[None]:
     """One writer in a folder at a time.  Raises OSError; BlockingIOError where another one is at it and it does not

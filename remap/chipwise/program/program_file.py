@@ -10,7 +10,7 @@ import os
 import re
 
 from chipwise.errors import printable
-from chipwise.host.files import NoRegularFile, TooLong, open_regular
+from chipwise.host.files import NoRegularFile, TooLong, has_cr_alone, open_regular
 from chipwise.host.temp_folder import writing
 
 MAX_BYTES = 100_000_000  # of a program; 4 million moves
@@ -105,7 +105,7 @@ def check_file(path, most_bytes=MAX_BYTES):
         raise Unusable("it is empty", "name a G-code program")
     if b"\0" in head or head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         raise Unusable("it is not a text file", "name a G-code program")
-    if b"\r" in head.strip() and b"\n" not in head:
+    if has_cr_alone(head):
         raise Unusable(
             "its lines end with CR alone, so LinuxCNC reads it as one line", "save it with LF or CR LF at the ends", 1
         )

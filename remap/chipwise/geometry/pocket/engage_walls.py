@@ -37,8 +37,8 @@ class Wall:
         self.visited = np.zeros(len(self.station), bool)
 
     def chains(self, ground, track, place=None, within=math.inf):
-        """Chains along the contour that hold all of its places that the path (track) has not visited; with a place only
-        those that begin within so far of it and are no longer than that, or hardly further away or longer."""
+        """Chains along the contour that hold all of its places that the path (track) has not visited.  With a
+        place, those that begin further from it than `within`, or are longer than that, may be left out."""
         waiting = np.flatnonzero(~self.visited)
         self.visited[waiting] = track.rim(self.point[waiting], track.radius)
         missing = np.flatnonzero(~self.visited)
